@@ -1,0 +1,121 @@
+/* Operations: the vocabulary of compiled programs.
+ *
+ * A program is a list of instructions in evaluation order, each one operation
+ * on values computed before it.  An operation works on blocks of points in
+ * single precision, on blocks with gradients, on sixteen boxes at once, and on
+ * one point in double precision, which is its definition. */
+#ifndef ZS_OPERATION_H
+#define ZS_OPERATION_H
+
+#include "base/arena.h"
+#include "zeroset.h"
+
+#include <stdint.h>
+
+enum {
+  ZS_BLOCK = 256,          /* points of a block */
+  ZS_LANES = 16,           /* boxes evaluated together */
+  ZS_MAXIMUM_INPUTS = 3
+};
+
+/* Coordinates that programs are evaluated in.  A point with local coordinates
+ * (u, v, w) lies at
+ *   origin + u axes[0] + v axes[1] + w axes[2]        or, in perspective,
+ *   origin + w (axes[2] + u axes[0] + v axes[1]).
+ * The origin is near the points, so that single precision suffices. */
+typedef struct zs_frame {
+  double origin[3];
+  double axes[3][3];
+  bool perspective;
+} zs_frame;
+
+/* The frame of axis-parallel coordinates about an origin (NULL: zero). */
+zs_frame zs_frame_at(const double origin[3]);
+
+/* Intervals, one per lane; lo > hi never; NaN in both means unknown. */
+typedef struct zs_bounds {
+  _Alignas(64) float lo[ZS_LANES];
+  _Alignas(64) float hi[ZS_LANES];
+} zs_bounds;
+
+/* What an operation with a choice found out, one bit per lane. */
+typedef struct zs_choice {
+  uint16_t copy[ZS_MAXIMUM_INPUTS]; /* the result equals input i, to the bit */
+  uint16_t sign[ZS_MAXIMUM_INPUTS]; /* the result has the sign (-, 0, +) of input i */
+} zs_choice;
+
+/* The inputs of one instruction.  Blocks have `n` points, a multiple of
+ * ZS_LANES; pointers are aligned to 64 bytes.  An output may be an input. */
+typedef struct zs_block_arguments {
+  const void *data;
+  const zs_frame *frame;
+  unsigned n;
+  const float *in[ZS_MAXIMUM_INPUTS];
+  float *out;
+} zs_block_arguments;
+
+/* The same with gradients: [0] value, [1..3] derivative by u, v, w, in
+ * consecutive rows of ZS_BLOCK floats. */
+typedef struct zs_gradient_arguments {
+  const void *data;
+  const zs_frame *frame;
+  unsigned n;
+  const float *in[ZS_MAXIMUM_INPUTS];
+  float *out;
+} zs_gradient_arguments;
+
+typedef struct zs_bounds_arguments {
+  const void *data;
+  const zs_frame *frame;
+  const zs_bounds *in[ZS_MAXIMUM_INPUTS];
+  zs_bounds *out;
+  zs_choice *choice; /* zeroed; NULL for operations without a choice */
+} zs_bounds_arguments;
+
+/* Hot loops, built once per instruction set. */
+typedef struct zs_kernels {
+  void (*value)(const zs_block_arguments *arguments);
+  void (*gradient)(const zs_gradient_arguments *arguments);
+  void (*bounds)(const zs_bounds_arguments *arguments);
+} zs_kernels;
+
+typedef enum zs_isa { ZS_ISA_BASELINE, ZS_ISA_AVX2, ZS_ISA_AVX512, ZS_ISA_COUNT } zs_isa_kind;
+
+typedef struct zs_operation {
+  const char *name; /* in listings */
+  unsigned arity;
+  bool choice; /* bounds can fill in a zs_choice */
+  /* Bytes of `data` that decide equality of two instructions; 0 when the
+   * pointer does, or when there is no data. */
+  size_t data_size;
+  const zs_kernels *const *kernels; /* [ZS_ISA_COUNT] */
+  /* The definition, in double precision at one point. */
+  double (*reference)(const void *data, const double in[ZS_MAXIMUM_INPUTS]);
+  /* Cheaper data valid while the inputs stay within the given intervals, from
+   * `arena`, or `data` itself when it would not be much cheaper.  Optional. */
+  const void *(*restricted)(const void *data, const float lo[ZS_MAXIMUM_INPUTS],
+                            const float hi[ZS_MAXIMUM_INPUTS], zs_arena *arena);
+} zs_operation;
+
+/* Declare the kernel tables of an operation family in NAME.kernel.c, which is
+ * compiled once per instruction set with ZS_ISA defined to a suffix:
+ *   in the header:      ZS_DECLARE_KERNELS(zs_polygon_kernels)
+ *   in NAME.kernel.c:   const zs_kernels ZS_KERNELS(zs_polygon_kernels) = {value, gradient, bounds};
+ *   in NAME.c:          ZS_DEFINE_KERNEL_TABLE(zs_polygon_kernels)
+ *                       .kernels = zs_polygon_kernels_table */
+#define ZS_PASTE_(a, b) a##_##b
+#define ZS_PASTE(a, b) ZS_PASTE_(a, b)
+#define ZS_KERNELS(name) ZS_PASTE(name, ZS_ISA)
+#if defined ZS_WITH_X86_KERNELS
+#define ZS_DECLARE_KERNELS(name) extern const zs_kernels name##_baseline, name##_avx2, name##_avx512;
+#define ZS_DEFINE_KERNEL_TABLE(name) \
+  static const zs_kernels *const name##_table[ZS_ISA_COUNT] = {&name##_baseline, &name##_avx2, \
+                                                               &name##_avx512};
+#else
+#define ZS_DECLARE_KERNELS(name) extern const zs_kernels name##_baseline;
+#define ZS_DEFINE_KERNEL_TABLE(name) \
+  static const zs_kernels *const name##_table[ZS_ISA_COUNT] = { \
+    &name##_baseline, &name##_baseline, &name##_baseline};
+#endif
+
+#endif

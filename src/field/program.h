@@ -1,0 +1,95 @@
+/* Programs and their evaluation: what back ends work with. */
+#ifndef ZS_PROGRAM_H
+#define ZS_PROGRAM_H
+
+#include "field/operation.h"
+
+typedef struct zs_instruction {
+  const zs_operation *operation;
+  const void *data;
+  uint32_t in[ZS_MAXIMUM_INPUTS]; /* earlier instructions */
+  uint32_t choice;                /* ordinal among instructions with a choice */
+} zs_instruction;
+
+/* Immutable.  A regional program is valid for points of its box only, and for
+ * requests no stronger than its own. */
+typedef struct zs_program {
+  const zs_instruction *instructions; /* the last one is the result */
+  const uint32_t *registers;          /* the register each one writes */
+  uint32_t count, register_count, choice_count;
+  zs_request request;
+} zs_program;
+
+/* Sixteen boxes in a frame's local coordinates, closed. */
+typedef struct zs_boxes {
+  zs_bounds axis[3];
+} zs_boxes;
+
+/* The whole program of a field. */
+const zs_program *zs_field_program(const zs_field *field);
+
+/* The field an evaluator works for. */
+zs_field *zs_eval_field(const zs_eval *eval);
+
+/* f at n <= ZS_BLOCK points in local coordinates.  Input and output arrays are
+ * aligned to 64 bytes and have room for ZS_BLOCK floats; up to the next
+ * multiple of ZS_LANES they are read, written and may be changed. */
+void zs_program_values(zs_eval *eval, const zs_program *program, const zs_frame *frame, unsigned n,
+                       float *x, float *y, float *z, float *f);
+
+/* f and its derivatives by x, y, z of the scene (not of the frame): gradient
+ * has 4 rows of ZS_BLOCK floats: f, df/dx, df/dy, df/dz.  Only for frames
+ * without perspective. */
+void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                          unsigned n, float *x, float *y, float *z, float *gradient);
+
+/* f at one point of the scene in double precision. */
+double zs_program_point(zs_eval *eval, const zs_program *program, const double point[3]);
+
+/* Enclosures of f over sixteen boxes; the evaluator remembers the choices and
+ * the intervals until its next call. */
+void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                       const zs_boxes *boxes, zs_bounds *result);
+
+/* The program for the box in `lane` of the latest zs_program_bounds call with
+ * the same program; `program` itself when the result would not be much
+ * shorter or memory is out.  The new program lives in `arena`.  Lanes with
+ * equal choices share a program while the latest bounds stay the latest and
+ * the same arena is given. */
+const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
+                                      zs_request request, zs_arena *arena);
+
+/* ---- The walk ---------------------------------------------------------- */
+
+/* A hierarchical walk over a lattice of bricks: bounds decide what they can,
+ * and every brick that is left gets the shortest program that serves it. */
+typedef struct zs_walk {
+  zs_field *field;
+  double lo[3];       /* corner of brick (0, 0, 0) */
+  double size[3];     /* of one brick */
+  uint32_t count[3];  /* bricks per axis, at least 1 */
+  zs_request request;
+  const zs_control *control; /* may be NULL */
+  const char *stage;         /* for progress */
+  double progress_from, progress_to; /* the part of 0..1 that this walk is */
+  void *visitor;
+  /* f has one sign over the closed bricks lo <= i < hi: inside when f >= 0
+   * everywhere, outside when f < 0 everywhere.  NULL: not wanted.  Never
+   * called with control->brute. */
+  void (*uniform)(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside);
+  /* Brick `index` may hold the surface.  Called from many threads, at most once
+   * per brick.  `eval` is the thread's own. */
+  void (*brick)(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
+                const zs_program *program);
+} zs_walk;
+
+/* False after reporting: out of memory or cancelled. */
+bool zs_walk_run(const zs_walk *walk, zs_diag *diag);
+
+/* Threads that a job will use: control->threads, or one per processor. */
+unsigned zs_control_threads(const zs_control *control);
+
+/* Seconds of a monotonic clock. */
+double zs_seconds(void);
+
+#endif
