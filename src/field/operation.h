@@ -44,8 +44,10 @@ typedef struct zs_choice {
   uint16_t sign[ZS_MAXIMUM_INPUTS]; /* the result has the sign (-, 0, +) of input i */
 } zs_choice;
 
-/* The inputs of one instruction.  Blocks have `n` points, a multiple of
- * ZS_LANES; pointers are aligned to 64 bytes.  An output may be an input. */
+/* What one instruction works on: `n` points, a multiple of ZS_LANES.  Pointers
+ * are aligned to 64 bytes; the output may be one of the inputs.  With gradients
+ * every pointer leads to four rows of ZS_BLOCK floats: the value, and its
+ * derivatives by the frame's three coordinates. */
 typedef struct zs_block_arguments {
   const void *data;
   const zs_frame *frame;
@@ -53,16 +55,6 @@ typedef struct zs_block_arguments {
   const float *in[ZS_MAXIMUM_INPUTS];
   float *out;
 } zs_block_arguments;
-
-/* The same with gradients: [0] value, [1..3] derivative by u, v, w, in
- * consecutive rows of ZS_BLOCK floats. */
-typedef struct zs_gradient_arguments {
-  const void *data;
-  const zs_frame *frame;
-  unsigned n;
-  const float *in[ZS_MAXIMUM_INPUTS];
-  float *out;
-} zs_gradient_arguments;
 
 typedef struct zs_bounds_arguments {
   const void *data;
@@ -75,11 +67,16 @@ typedef struct zs_bounds_arguments {
 /* Hot loops, built once per instruction set. */
 typedef struct zs_kernels {
   void (*value)(const zs_block_arguments *arguments);
-  void (*gradient)(const zs_gradient_arguments *arguments);
+  void (*gradient)(const zs_block_arguments *arguments);
   void (*bounds)(const zs_bounds_arguments *arguments);
 } zs_kernels;
 
-typedef enum zs_isa { ZS_ISA_BASELINE, ZS_ISA_AVX2, ZS_ISA_AVX512, ZS_ISA_COUNT } zs_isa_kind;
+typedef enum zs_isa_kind {
+  ZS_ISA_BASELINE,
+  ZS_ISA_AVX2,
+  ZS_ISA_AVX512,
+  ZS_ISA_COUNT
+} zs_isa_kind;
 
 typedef struct zs_operation {
   const char *name; /* in listings */

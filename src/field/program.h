@@ -37,9 +37,9 @@ zs_field *zs_eval_field(const zs_eval *eval);
 void zs_program_values(zs_eval *eval, const zs_program *program, const zs_frame *frame, unsigned n,
                        float *x, float *y, float *z, float *f);
 
-/* f and its derivatives by x, y, z of the scene (not of the frame): gradient
- * has 4 rows of ZS_BLOCK floats: f, df/dx, df/dy, df/dz.  Only for frames
- * without perspective. */
+/* f and its gradient at n <= ZS_BLOCK points: `gradient`
+ * has 4 rows of ZS_BLOCK floats: f, df/dx, df/dy, df/dz.  Only for
+ * axis-parallel frames (zs_frame_at). */
 void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_frame *frame,
                           unsigned n, float *x, float *y, float *z, float *gradient);
 
