@@ -245,12 +245,12 @@ ZS_API bool zs_grid_fit_cell(zs_grid *grid, const double lo[3], const double hi[
                              const double cell[3], zs_diag *diag);
 
 /* What a job did.  Seconds are wall time. */
-typedef struct zs_report {
+typedef struct zs_job_report {
   double seconds_evaluate, seconds_assemble;
   uint64_t evaluations; /* samples of f, gradients included, pruned ones not */
   uint64_t peak_bytes;  /* working memory, results included */
   unsigned threads;
-} zs_report;
+} zs_job_report;
 
 typedef enum zs_mesh_method { ZS_MESH_CONTOUR = 0, ZS_MESH_FEATURES = 1 } zs_mesh_method;
 
@@ -271,7 +271,7 @@ typedef struct zs_mesh zs_mesh;
  * oriented whatever f is, and the same for any number of threads.  An empty
  * mesh is an error (ZS_ERROR_UNABLE).  `control`, `report` may be NULL. */
 ZS_API zs_mesh *zs_polygonize(zs_field *field, const zs_grid *grid, const zs_mesh_options *options,
-                              const zs_control *control, zs_report *report, zs_diag *diag);
+                              const zs_control *control, zs_job_report *report, zs_diag *diag);
 
 ZS_API void zs_mesh_free(zs_mesh *mesh);
 ZS_API size_t zs_mesh_vertex_count(const zs_mesh *mesh);
@@ -309,7 +309,7 @@ typedef bool zs_slab_sink(void *context, uint32_t z, uint32_t count_z, const voi
  * with f >= 0. */
 ZS_API bool zs_voxelize(zs_field *field, const zs_grid *grid, zs_quantity quantity,
                         zs_slab_sink *sink, void *context, uint64_t *inside,
-                        const zs_control *control, zs_report *report, zs_diag *diag);
+                        const zs_control *control, zs_job_report *report, zs_diag *diag);
 
 typedef enum zs_sample_type {
   ZS_SAMPLE_U8 = 0,
@@ -322,7 +322,7 @@ typedef enum zs_sample_type {
  * ending.  VALUE is written as f32 or f64, INSIDE as any type. */
 ZS_API bool zs_voxelize_file(zs_field *field, const zs_grid *grid, zs_quantity quantity,
                              zs_sample_type type, const char *path, uint64_t *inside,
-                             const zs_control *control, zs_report *report, zs_diag *diag);
+                             const zs_control *control, zs_job_report *report, zs_diag *diag);
 
 /* An image: rows top to bottom, `channels` bytes a pixel (1 grey, 3 RGB). */
 typedef struct zs_image {
@@ -353,7 +353,7 @@ ZS_API bool zs_view_named(zs_view *view, const char *name, zs_diag *diag);
  * a flat face. */
 ZS_API bool zs_render(zs_field *field, const double lo[3], const double hi[3],
                       const zs_render_options *options, zs_image *image, const zs_control *control,
-                      zs_report *report, zs_diag *diag);
+                      zs_job_report *report, zs_diag *diag);
 
 typedef struct zs_slice_options {
   uint32_t width, height; /* pixels; 1024 x 1024 */
@@ -369,7 +369,7 @@ ZS_API void zs_slice_options_init(zs_slice_options *options);
  * picture's right is x and its top is y. */
 ZS_API bool zs_slice(zs_field *field, const double lo[3], const double hi[3],
                      const zs_slice_options *options, zs_image *image, uint64_t *inside,
-                     const zs_control *control, zs_report *report, zs_diag *diag);
+                     const zs_control *control, zs_job_report *report, zs_diag *diag);
 
 /* ---- The language, as data -------------------------------------------- */
 

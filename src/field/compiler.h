@@ -57,7 +57,16 @@ const zs_control *zs_compiler_control(zs_compiler *compiler);
 /* Record a fit for zs_field_fit; strings are borrowed for the field's life. */
 void zs_compiler_add_fit(zs_compiler *compiler, const zs_fit_info *info);
 
-zs_compiler *zs_compiler_new(const zs_control *control, zs_diag *diag);
+/* One pointer for the caller's use, initially NULL: the nodes room keeps its
+ * memo of compiled nodes there, in the compiler's arena. */
+void **zs_compiler_client(zs_compiler *compiler);
+
+/* The scene's cache of fits (scene/tree.h), or NULL when there is none. */
+struct zs_cache;
+struct zs_cache *zs_compiler_cache(zs_compiler *compiler);
+
+/* `control` and `cache` may be NULL. */
+zs_compiler *zs_compiler_new(const zs_control *control, struct zs_cache *cache, zs_diag *diag);
 /* The finished field, or NULL after an error; frees the compiler either way.
  * `lo`, `hi`: the domain, or NULL.  `hint_lo`, `hint_hi`: a box that holds what
  * bounds cannot find by themselves, or NULL. */
