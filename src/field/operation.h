@@ -82,6 +82,9 @@ typedef struct zs_operation {
   const char *name; /* in listings */
   unsigned arity;
   bool choice; /* bounds can fill in a zs_choice */
+  /* The sign (-, 0, +) of the result depends on the signs of the inputs only,
+   * for the rounded results too. */
+  bool sign_transparent;
   /* Bytes of `data` that decide equality of two instructions; 0 when the
    * pointer does, or when there is no data. */
   size_t data_size;

@@ -9,14 +9,19 @@ typedef struct zs_instruction {
   const void *data;
   uint32_t in[ZS_MAXIMUM_INPUTS]; /* earlier instructions */
   uint32_t choice;                /* ordinal among instructions with a choice */
+  uint32_t regional;              /* ordinal among those with a regional form */
 } zs_instruction;
+
+/* The first three instructions of every program stand for the coordinates: the
+ * caller's arrays are their registers. */
+enum { ZS_COORDINATES = 3 };
 
 /* Immutable.  A regional program is valid for points of its box only, and for
  * requests no stronger than its own. */
 typedef struct zs_program {
   const zs_instruction *instructions; /* the last one is the result */
   const uint32_t *registers;          /* the register each one writes */
-  uint32_t count, register_count, choice_count;
+  uint32_t count, register_count, choice_count, regional_count;
   zs_request request;
 } zs_program;
 
@@ -55,7 +60,7 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
  * the same program; `program` itself when the result would not be much
  * shorter or memory is out.  The new program lives in `arena`.  Lanes with
  * equal choices share a program while the latest bounds stay the latest and
- * the same arena is given. */
+ * the same arena, not rewound since, is given. */
 const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
                                       zs_request request, zs_arena *arena);
 
@@ -74,11 +79,11 @@ typedef struct zs_walk {
   double progress_from, progress_to; /* the part of 0..1 that this walk is */
   void *visitor;
   /* f has one sign over the closed bricks lo <= i < hi: inside when f >= 0
-   * everywhere, outside when f < 0 everywhere.  NULL: not wanted.  Never
-   * called with control->brute. */
+   * everywhere, outside when f < 0 everywhere.  NULL: not wanted.  Called from
+   * many threads, for disjoint bricks; never with control->brute. */
   void (*uniform)(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside);
   /* Brick `index` may hold the surface.  Called from many threads, at most once
-   * per brick.  `eval` is the thread's own. */
+   * per brick.  `eval` is the thread's own; `program` ends with the call. */
   void (*brick)(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
                 const zs_program *program);
 } zs_walk;

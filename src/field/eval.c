@@ -1,0 +1,356 @@
+/* Evaluators: the working data of one thread, and running programs on it. */
+#include "field/field.h"
+#include "field/scalar.h"
+
+#include "base/diagnostic.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+  ALIGNMENT = 64,
+  ROWS = 4 /* of a register: value and three derivatives */
+};
+
+/* A regional program is worth having when it is this part of its parent. */
+static const double WORTHWHILE = 0.8;
+
+struct zs_eval {
+  zs_field *field;
+  zs_isa_kind isa;
+  float *storage;  /* register_count x ROWS x ZS_BLOCK */
+  float **values;  /* where each register is in blocks without gradients ... */
+  float **gradients; /* ... and with them */
+  zs_bounds *bounds; /* by register */
+  zs_choice *choices;
+  zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];
+  double *points; /* by instruction: results at one point */
+  zs_shortener work;
+  /* Programs made from the latest bounds, by lane; lanes with equal choices
+   * have the same one. */
+  const zs_program *shortened_from;
+  const zs_arena *shortened_in;
+  const zs_program *shortened[ZS_LANES];
+  zs_request shortened_for;
+  /* zs_eval_restrict */
+  const zs_program *programs[ZS_MAXIMUM_REGIONS + 1];
+  zs_arena_mark marks[ZS_MAXIMUM_REGIONS];
+  unsigned regions;
+  zs_arena arena;
+  float *block; /* 3 coordinates, then ROWS rows of results */
+};
+
+static void *aligned(size_t count, size_t size)
+{
+  if (count > SIZE_MAX / 2 / size)
+    return NULL;
+  size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+  void *memory = aligned_alloc(ALIGNMENT, bytes ? bytes : ALIGNMENT);
+  if (memory)
+    memset(memory, 0, bytes);
+  return memory;
+}
+
+zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
+{
+  const zs_program *program = field->program;
+  const size_t registers = program->register_count, count = program->count;
+  zs_eval *e = calloc(1, sizeof *e);
+  if (!e) {
+    zs_fail_memory(diag);
+    return NULL;
+  }
+  e->field = zs_field_ref(field);
+  e->isa = zs_isa_select();
+  e->storage = aligned(registers, ROWS * ZS_BLOCK * sizeof(float));
+  e->values = aligned(registers, sizeof *e->values);
+  e->gradients = aligned(registers, sizeof *e->gradients);
+  e->bounds = aligned(registers, sizeof *e->bounds);
+  e->choices = aligned(program->choice_count, sizeof *e->choices);
+  e->regional = aligned(program->regional_count, sizeof *e->regional);
+  e->points = aligned(count, sizeof *e->points);
+  e->work.demand = aligned(count, sizeof *e->work.demand);
+  e->work.renamed = aligned(count, sizeof *e->work.renamed);
+  e->block = aligned((3 + ROWS) * (size_t)ZS_BLOCK, sizeof *e->block);
+  if (!e->storage || !e->values || !e->gradients || !e->bounds || !e->choices || !e->regional ||
+      !e->points || !e->work.demand || !e->work.renamed || !e->block) {
+    zs_eval_free(e);
+    zs_fail_memory(diag);
+    return NULL;
+  }
+  for (size_t r = 0; r < registers; r++) {
+    e->values[r] = e->storage + r * ZS_BLOCK;
+    e->gradients[r] = e->storage + r * ROWS * ZS_BLOCK;
+  }
+  e->programs[0] = program;
+  return e;
+}
+
+void zs_eval_free(zs_eval *eval)
+{
+  if (!eval)
+    return;
+  zs_field_unref(eval->field);
+  free(eval->storage);
+  free(eval->values);
+  free(eval->gradients);
+  free(eval->bounds);
+  free(eval->choices);
+  free(eval->regional);
+  free(eval->points);
+  free(eval->work.demand);
+  free(eval->work.renamed);
+  free(eval->block);
+  zs_arena_free(&eval->arena);
+  free(eval);
+}
+
+zs_field *zs_eval_field(const zs_eval *eval)
+{
+  return eval->field;
+}
+
+zs_frame zs_frame_at(const double origin[3])
+{
+  zs_frame frame = {.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  if (origin)
+    memcpy(frame.origin, origin, sizeof frame.origin);
+  return frame;
+}
+
+/* ---- Running programs -------------------------------------------------------- */
+
+/* Round n up to whole lanes, repeating the last point, so that no lane meets
+ * stale numbers. */
+static unsigned pad(unsigned n, float *x, float *y, float *z)
+{
+  unsigned padded = (n + ZS_LANES - 1) / ZS_LANES * ZS_LANES;
+  for (unsigned i = n; i < padded; i++) {
+    x[i] = x[n - 1];
+    y[i] = y[n - 1];
+    z[i] = z[n - 1];
+  }
+  return padded;
+}
+
+static void run(zs_eval *eval, const zs_program *program, const zs_frame *frame, unsigned n,
+                float *const coordinates[3], float *result, bool gradients)
+{
+  float **rows = gradients ? eval->gradients : eval->values;
+  for (int k = 0; k < ZS_COORDINATES; k++)
+    rows[k] = coordinates[k];
+  zs_block_arguments arguments = {.frame = frame, .n = n};
+  const uint32_t last = program->count - 1;
+  for (uint32_t i = ZS_COORDINATES; i <= last; i++) {
+    const zs_instruction *instruction = &program->instructions[i];
+    const zs_operation *operation = instruction->operation;
+    arguments.data = instruction->data;
+    for (unsigned k = 0; k < operation->arity; k++)
+      arguments.in[k] = rows[program->registers[instruction->in[k]]];
+    arguments.out = i == last ? result : rows[program->registers[i]];
+    const zs_kernels *kernels = operation->kernels[eval->isa];
+    (gradients ? kernels->gradient : kernels->value)(&arguments);
+  }
+}
+
+void zs_program_values(zs_eval *eval, const zs_program *program, const zs_frame *frame, unsigned n,
+                       float *x, float *y, float *z, float *f)
+{
+  if (!n)
+    return;
+  float *const coordinates[3] = {x, y, z};
+  run(eval, program, frame, pad(n, x, y, z), coordinates, f, false);
+}
+
+void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                          unsigned n, float *x, float *y, float *z, float *gradient)
+{
+  if (!n)
+    return;
+  float *const coordinates[3] = {x, y, z};
+  run(eval, program, frame, pad(n, x, y, z), coordinates, gradient, true);
+}
+
+double zs_program_point(zs_eval *eval, const zs_program *program, const double point[3])
+{
+  double *value = eval->points;
+  memcpy(value, point, 3 * sizeof *point);
+  for (uint32_t i = ZS_COORDINATES; i < program->count; i++) {
+    const zs_instruction *instruction = &program->instructions[i];
+    double in[ZS_MAXIMUM_INPUTS] = {0, 0, 0};
+    for (unsigned k = 0; k < instruction->operation->arity; k++)
+      in[k] = value[instruction->in[k]];
+    value[i] = instruction->operation->reference(instruction->data, in);
+  }
+  return value[program->count - 1];
+}
+
+void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                       const zs_boxes *boxes, zs_bounds *result)
+{
+  zs_bounds_arguments arguments = {.frame = frame};
+  const uint32_t last = program->count - 1;
+  memset(eval->choices, 0, program->choice_count * sizeof *eval->choices);
+  for (uint32_t i = ZS_COORDINATES; i <= last; i++) {
+    const zs_instruction *instruction = &program->instructions[i];
+    const zs_operation *operation = instruction->operation;
+    arguments.data = instruction->data;
+    for (unsigned k = 0; k < operation->arity; k++) {
+      uint32_t in = instruction->in[k];
+      arguments.in[k] =
+        in < ZS_COORDINATES ? &boxes->axis[in] : &eval->bounds[program->registers[in]];
+      if (operation->restricted)
+        eval->regional[instruction->regional][k] = *arguments.in[k];
+    }
+    arguments.choice = operation->choice ? &eval->choices[instruction->choice] : NULL;
+    arguments.out = i == last ? result : &eval->bounds[program->registers[i]];
+    operation->kernels[eval->isa]->bounds(&arguments);
+  }
+  eval->shortened_from = NULL;
+}
+
+/* ---- Regional programs -------------------------------------------------------- */
+
+/* Lanes whose choices all agree with those of `lane`, one bit each. */
+static unsigned equal_lanes(const zs_eval *eval, const zs_program *program, unsigned lane)
+{
+  unsigned different = 0;
+  for (uint32_t c = 0; c < program->choice_count; c++) {
+    for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++) {
+      unsigned copy = eval->choices[c].copy[k], sign = eval->choices[c].sign[k];
+      different |= copy ^ (copy >> lane & 1 ? 0xffffu : 0);
+      different |= sign ^ (sign >> lane & 1 ? 0xffffu : 0);
+    }
+  }
+  return ~different & 0xffffu;
+}
+
+const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
+                                      zs_request request, zs_arena *arena)
+{
+  if (program->choice_count == 0 && program->regional_count == 0)
+    return program;
+  if (eval->shortened_from != program || eval->shortened_in != arena ||
+      eval->shortened_for != request) {
+    memset(eval->shortened, 0, sizeof eval->shortened);
+    eval->shortened_from = program;
+    eval->shortened_in = arena;
+    eval->shortened_for = request;
+  }
+  if (eval->shortened[lane])
+    return eval->shortened[lane];
+  const zs_trace trace = {eval->choices, (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional,
+                          lane};
+  uint32_t limit = program->count;
+  if (program->regional_count == 0)
+    limit = (uint32_t)(WORTHWHILE * program->count);
+  const zs_program *made = zs_program_shorten(program->instructions, program->count, &trace,
+                                              request, limit, &eval->work, arena);
+  if (!made)
+    made = program;
+  unsigned lanes = program->regional_count ? 1u << lane : equal_lanes(eval, program, lane);
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    if (lanes >> l & 1)
+      eval->shortened[l] = made;
+  return made;
+}
+
+/* ---- Public calls ---------------------------------------------------------------- */
+
+static const zs_program *current(const zs_eval *eval)
+{
+  return eval->programs[eval->regions];
+}
+
+/* Call `run` for blocks of points from unaligned arrays. */
+void zs_eval_values(zs_eval *eval, const double origin[3], size_t n, const float *x,
+                    const float *y, const float *z, float *f)
+{
+  zs_frame frame = zs_frame_at(origin);
+  float *u = eval->block, *v = u + ZS_BLOCK, *w = v + ZS_BLOCK, *out = w + ZS_BLOCK;
+  for (size_t at = 0; at < n; at += ZS_BLOCK) {
+    unsigned m = n - at < ZS_BLOCK ? (unsigned)(n - at) : ZS_BLOCK;
+    memcpy(u, x + at, m * sizeof *u);
+    memcpy(v, y + at, m * sizeof *v);
+    memcpy(w, z + at, m * sizeof *w);
+    zs_program_values(eval, current(eval), &frame, m, u, v, w, out);
+    memcpy(f + at, out, m * sizeof *f);
+  }
+}
+
+void zs_eval_gradients(zs_eval *eval, const double origin[3], size_t n, const float *x,
+                       const float *y, const float *z, float *f, float *gx, float *gy, float *gz)
+{
+  zs_frame frame = zs_frame_at(origin);
+  float *u = eval->block, *v = u + ZS_BLOCK, *w = v + ZS_BLOCK, *out = w + ZS_BLOCK;
+  float *const results[ROWS] = {f, gx, gy, gz};
+  for (size_t at = 0; at < n; at += ZS_BLOCK) {
+    unsigned m = n - at < ZS_BLOCK ? (unsigned)(n - at) : ZS_BLOCK;
+    memcpy(u, x + at, m * sizeof *u);
+    memcpy(v, y + at, m * sizeof *v);
+    memcpy(w, z + at, m * sizeof *w);
+    zs_program_gradients(eval, current(eval), &frame, m, u, v, w, out);
+    for (int k = 0; k < ROWS; k++)
+      memcpy(results[k] + at, out + (size_t)k * ZS_BLOCK, m * sizeof *f);
+  }
+}
+
+double zs_eval_point(zs_eval *eval, const double point[3])
+{
+  return zs_program_point(eval, current(eval), point);
+}
+
+/* Boxes of the scene relative to an origin, ends rounded outward. */
+static void local_boxes(unsigned n, const double (*lo)[3], const double (*hi)[3],
+                        const double origin[3], zs_boxes *boxes)
+{
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    unsigned i = l < n ? l : n - 1;
+    for (int k = 0; k < 3; k++) {
+      boxes->axis[k].lo[l] = nextafterf((float)(lo[i][k] - origin[k]), -INFINITY);
+      boxes->axis[k].hi[l] = nextafterf((float)(hi[i][k] - origin[k]), INFINITY);
+    }
+  }
+}
+
+void zs_eval_bounds(zs_eval *eval, size_t n, const double (*box_lo)[3], const double (*box_hi)[3],
+                    float *lo, float *hi)
+{
+  for (size_t at = 0; at < n; at += ZS_LANES) {
+    unsigned m = n - at < ZS_LANES ? (unsigned)(n - at) : ZS_LANES;
+    zs_boxes boxes;
+    zs_bounds result;
+    double origin[3];
+    for (int k = 0; k < 3; k++) {
+      double middle = (box_lo[at][k] + box_hi[at][k]) / 2;
+      origin[k] = isfinite(middle) ? middle : 0;
+    }
+    local_boxes(m, box_lo + at, box_hi + at, origin, &boxes);
+    zs_frame frame = zs_frame_at(origin);
+    zs_program_bounds(eval, current(eval), &frame, &boxes, &result);
+    memcpy(lo + at, result.lo, m * sizeof *lo);
+    memcpy(hi + at, result.hi, m * sizeof *hi);
+  }
+}
+
+bool zs_eval_restrict(zs_eval *eval, const double lo[3], const double hi[3], zs_request request)
+{
+  if (eval->regions == ZS_MAXIMUM_REGIONS)
+    return false;
+  double box_lo[1][3], box_hi[1][3];
+  memcpy(box_lo[0], lo, sizeof box_lo[0]);
+  memcpy(box_hi[0], hi, sizeof box_hi[0]);
+  float f_lo, f_hi;
+  zs_eval_bounds(eval, 1, (const double(*)[3])box_lo, (const double(*)[3])box_hi, &f_lo, &f_hi);
+  const zs_program *program = current(eval);
+  eval->marks[eval->regions] = zs_arena_mark_here(&eval->arena);
+  eval->programs[++eval->regions] = zs_program_restrict(eval, program, 0, request, &eval->arena);
+  return true;
+}
+
+void zs_eval_release(zs_eval *eval)
+{
+  if (eval->regions)
+    zs_arena_rewind(&eval->arena, eval->marks[--eval->regions]);
+}

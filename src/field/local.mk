@@ -1,0 +1,17 @@
+zs_sources += \
+  src/field/box.c \
+  src/field/compiler.c \
+  src/field/compiler.h \
+  src/field/eval.c \
+  src/field/field.c \
+  src/field/field.h \
+  src/field/interval.h \
+  src/field/isa.c \
+  src/field/operation.h \
+  src/field/program.c \
+  src/field/program.h \
+  src/field/scalar.c \
+  src/field/scalar.h \
+  src/field/walk.c
+
+zs_kernel_sources += src/field/scalar.kernel.c

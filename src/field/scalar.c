@@ -1,0 +1,117 @@
+#include "field/scalar.h"
+
+/* The double-precision definitions, one per function and form, since a
+ * reference does not know its own operation. */
+#define BINARY_REFERENCES(NAME) \
+  static double NAME##_0(const void *data, const double in[]) \
+  { \
+    (void)data; \
+    return zs_function_value(ZS_FUNCTION_##NAME, in[0], in[1], 0); \
+  } \
+  static double NAME##_1(const void *data, const double in[]) \
+  { \
+    return zs_function_value(ZS_FUNCTION_##NAME, in[0], *(const double *)data, 0); \
+  } \
+  static double NAME##_2(const void *data, const double in[]) \
+  { \
+    return zs_function_value(ZS_FUNCTION_##NAME, *(const double *)data, in[0], 0); \
+  }
+
+#define UNARY_REFERENCE(NAME) \
+  static double NAME##_0(const void *data, const double in[]) \
+  { \
+    (void)data; \
+    return zs_function_value(ZS_FUNCTION_##NAME, in[0], in[1], in[2]); \
+  }
+
+#define BINARY(F) \
+  F(ADD) F(SUBTRACT) F(MULTIPLY) F(DIVIDE) F(POWER) F(MODULO) F(MINIMUM) F(MAXIMUM) F(ATAN2) \
+  F(HYPOT) F(LESS) F(LESS_EQUAL) F(EQUAL) F(NOT_EQUAL)
+#define UNARY(F) \
+  F(NEGATE) F(ABSOLUTE) F(SQUARE) F(SQUARE_ROOT) F(EXPONENTIAL) F(LOGARITHM) F(SINE) F(COSINE) \
+  F(TANGENT) F(ARC_SINE) F(ARC_COSINE) F(ARC_TANGENT) F(FLOOR) F(CEILING) F(ROUND) F(SIGN)
+
+BINARY(BINARY_REFERENCES)
+UNARY(UNARY_REFERENCE)
+UNARY_REFERENCE(SELECT)
+
+#if defined ZS_WITH_X86_KERNELS
+#define TABLES(name, row) \
+  {&name##_baseline row, &name##_avx2 row, &name##_avx512 row}
+#else
+#define TABLES(name, row) {&name##_baseline row, &name##_baseline row, &name##_baseline row}
+#endif
+
+typedef const zs_kernels *kernel_list[ZS_ISA_COUNT];
+
+#define LISTS(NAME) \
+  [ZS_FUNCTION_##NAME] = {TABLES(zs_scalar_kernels, [ZS_FUNCTION_##NAME][0]), \
+                          TABLES(zs_scalar_kernels, [ZS_FUNCTION_##NAME][1]), \
+                          TABLES(zs_scalar_kernels, [ZS_FUNCTION_##NAME][2])},
+static const kernel_list kernels[ZS_FUNCTION_COUNT][ZS_FORM_COUNT] = {
+  BINARY(LISTS)
+  UNARY(LISTS)
+  LISTS(SELECT)
+};
+
+static const kernel_list linear_root_kernels = TABLES(zs_linear_root_kernels, );
+static const kernel_list linear_registers_kernels = TABLES(zs_linear_registers_kernels, );
+static const kernel_list constant_kernels = TABLES(zs_constant_kernels, );
+
+#define EXTREMUM(NAME) ((ZS_FUNCTION_##NAME == ZS_FUNCTION_MINIMUM) || \
+                        (ZS_FUNCTION_##NAME == ZS_FUNCTION_MAXIMUM))
+
+#define BINARY_OPERATIONS(NAME) \
+  [ZS_FUNCTION_##NAME] = { \
+    {.name = #NAME, .arity = 2, .choice = EXTREMUM(NAME), .sign_transparent = EXTREMUM(NAME), \
+     .kernels = kernels[ZS_FUNCTION_##NAME][0], .reference = NAME##_0}, \
+    {.name = #NAME " .c", .arity = 1, .choice = EXTREMUM(NAME), .data_size = sizeof(double), \
+     .kernels = kernels[ZS_FUNCTION_##NAME][1], .reference = NAME##_1}, \
+    {.name = #NAME " c.", .arity = 1, .choice = EXTREMUM(NAME), .data_size = sizeof(double), \
+     .kernels = kernels[ZS_FUNCTION_##NAME][2], .reference = NAME##_2}},
+
+#define UNARY_OPERATION(NAME) \
+  [ZS_FUNCTION_##NAME] = {{.name = #NAME, .arity = 1, \
+                           .sign_transparent = ZS_FUNCTION_##NAME == ZS_FUNCTION_NEGATE, \
+                           .kernels = kernels[ZS_FUNCTION_##NAME][0], .reference = NAME##_0}},
+
+static const zs_operation operations[ZS_FUNCTION_COUNT][ZS_FORM_COUNT] = {
+  BINARY(BINARY_OPERATIONS)
+  UNARY(UNARY_OPERATION)
+  [ZS_FUNCTION_SELECT] = {{.name = "SELECT", .arity = 3, .choice = true,
+                           .kernels = kernels[ZS_FUNCTION_SELECT][0], .reference = SELECT_0}},
+};
+
+const zs_operation *zs_scalar_operation(zs_function function, zs_form form)
+{
+  return &operations[function][form];
+}
+
+static double linear_reference(const void *data, const double in[])
+{
+  const double *r = ((const zs_linear *)data)->row;
+  return r[0] * in[0] + r[1] * in[1] + r[2] * in[2] + r[3];
+}
+
+static double constant_reference(const void *data, const double in[])
+{
+  (void)in;
+  return *(const double *)data;
+}
+
+const zs_operation zs_linear_root = {.name = "linear",
+                                     .arity = 3,
+                                     .data_size = sizeof(zs_linear),
+                                     .kernels = linear_root_kernels,
+                                     .reference = linear_reference};
+const zs_operation zs_linear_registers = {.name = "linear registers",
+                                          .arity = 3,
+                                          .data_size = sizeof(zs_linear),
+                                          .kernels = linear_registers_kernels,
+                                          .reference = linear_reference};
+const zs_operation zs_constant = {.name = "constant",
+                                  .arity = 0,
+                                  .data_size = sizeof(double),
+                                  .kernels = constant_kernels,
+                                  .reference = constant_reference};
+const zs_operation zs_coordinate = {.name = "coordinate", .arity = 0};

@@ -1,0 +1,271 @@
+/* The hierarchical walk that every back end on a lattice is driven by. */
+#include "field/program.h"
+
+#include "base/diagnostic.h"
+
+#include <math.h>
+#include <omp.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum {
+  BRANCH = 4,           /* parts per axis and level */
+  TASKS_PER_THREAD = 16 /* so that threads finish together */
+};
+
+/* Bricks lo <= i < hi, and the program that serves them. */
+typedef struct range {
+  uint32_t lo[3], hi[3];
+  const zs_program *program;
+} range;
+
+/* A growing list of ranges. */
+typedef struct range_list {
+  range *ranges;
+  size_t count, capacity;
+} range_list;
+
+/* One thread's part of a walk. */
+typedef struct walker {
+  const zs_walk *walk;
+  zs_eval *eval;
+  zs_arena arena;
+  unsigned thread;
+} walker;
+
+double zs_seconds(void)
+{
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+unsigned zs_control_threads(const zs_control *control)
+{
+  if (control && control->threads)
+    return control->threads;
+  int processors = omp_get_num_procs();
+  return processors > 0 ? (unsigned)processors : 1;
+}
+
+static bool is_brick(const range *r)
+{
+  return r->hi[0] - r->lo[0] == 1 && r->hi[1] - r->lo[1] == 1 && r->hi[2] - r->lo[2] == 1;
+}
+
+/* Side of the parts that a range splits into, in bricks: the largest power of
+ * BRANCH that makes more than one. */
+static uint32_t part_size(const range *r)
+{
+  uint32_t longest = 1, size = 1;
+  for (int k = 0; k < 3; k++)
+    if (r->hi[k] - r->lo[k] > longest)
+      longest = r->hi[k] - r->lo[k];
+  while (size <= (longest - 1) / BRANCH)
+    size *= BRANCH;
+  return size;
+}
+
+/* Split a range; at most BRANCH^3 parts, in z, y, x order. */
+static unsigned split(const range *whole, range parts[BRANCH * BRANCH * BRANCH])
+{
+  const uint32_t size = part_size(whole);
+  unsigned count = 0;
+  uint32_t at[3];
+  for (at[2] = whole->lo[2]; at[2] < whole->hi[2]; at[2] += size)
+    for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size)
+      for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size) {
+        range *part = &parts[count++];
+        *part = (range){.program = whole->program};
+        for (int k = 0; k < 3; k++) {
+          part->lo[k] = at[k];
+          part->hi[k] = whole->hi[k] - at[k] < size ? whole->hi[k] : at[k] + size;
+        }
+      }
+  return count;
+}
+
+/* The boxes of up to ZS_LANES ranges relative to `origin`, rounded outward;
+ * idle lanes repeat the last. */
+static void range_boxes(const zs_walk *walk, const range *ranges, unsigned n,
+                        const double origin[3], zs_boxes *boxes)
+{
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    const range *r = &ranges[l < n ? l : n - 1];
+    for (int k = 0; k < 3; k++) {
+      double lo = walk->lo[k] + walk->size[k] * r->lo[k] - origin[k];
+      double hi = walk->lo[k] + walk->size[k] * r->hi[k] - origin[k];
+      boxes->axis[k].lo[l] = nextafterf((float)lo, -INFINITY);
+      boxes->axis[k].hi[l] = nextafterf((float)hi, INFINITY);
+    }
+  }
+}
+
+/* Decide what bounds can for up to ZS_LANES parts of one range; what is left
+ * gets its regional program in `w->arena` and moves to the front.  Returns how
+ * many are left. */
+static unsigned decide(walker *w, range *parts, unsigned n)
+{
+  const zs_walk *walk = w->walk;
+  const zs_program *program = parts[0].program;
+  double origin[3];
+  for (int k = 0; k < 3; k++)
+    origin[k] = walk->lo[k] + walk->size[k] * 0.5 * (parts[0].lo[k] + (double)parts[n - 1].hi[k]);
+  zs_frame frame = zs_frame_at(origin);
+  zs_boxes boxes;
+  zs_bounds f;
+  range_boxes(walk, parts, n, origin, &boxes);
+  zs_program_bounds(w->eval, program, &frame, &boxes, &f);
+  unsigned left = 0;
+  for (unsigned l = 0; l < n; l++) {
+    range part = parts[l];
+    if (walk->uniform && (f.lo[l] >= 0 || f.hi[l] < 0)) {
+      walk->uniform(walk->visitor, part.lo, part.hi, f.lo[l] >= 0);
+      continue;
+    }
+    part.program = zs_program_restrict(w->eval, program, l, walk->request, &w->arena);
+    parts[left++] = part;
+  }
+  return left;
+}
+
+static void walk_range(walker *w, const range *whole)
+{
+  if (is_brick(whole)) {
+    w->walk->brick(w->walk->visitor, w->thread, whole->lo, w->eval, whole->program);
+    return;
+  }
+  range parts[BRANCH * BRANCH * BRANCH];
+  unsigned count = split(whole, parts);
+  for (unsigned at = 0; at < count; at += ZS_LANES) {
+    zs_arena_mark mark = zs_arena_mark_here(&w->arena);
+    unsigned n = count - at < ZS_LANES ? count - at : ZS_LANES;
+    if (!w->walk->control || !w->walk->control->brute)
+      n = decide(w, parts + at, n);
+    for (unsigned l = 0; l < n; l++)
+      walk_range(w, &parts[at + l]);
+    zs_arena_rewind(&w->arena, mark);
+  }
+}
+
+static bool add(range_list *list, const range *r)
+{
+  if (list->count == list->capacity) {
+    size_t capacity = list->capacity ? 2 * list->capacity : 64;
+    range *ranges = realloc(list->ranges, capacity * sizeof *ranges);
+    if (!ranges)
+      return false;
+    list->ranges = ranges;
+    list->capacity = capacity;
+  }
+  list->ranges[list->count++] = *r;
+  return true;
+}
+
+/* Replace every range of a list by what is left of its parts. */
+static bool refine(walker *w, range_list *list)
+{
+  range_list finer = {0};
+  bool done = true;
+  for (size_t i = 0; done && i < list->count; i++) {
+    if (is_brick(&list->ranges[i])) {
+      done = add(&finer, &list->ranges[i]);
+      continue;
+    }
+    range parts[BRANCH * BRANCH * BRANCH];
+    unsigned count = split(&list->ranges[i], parts);
+    for (unsigned at = 0; done && at < count; at += ZS_LANES) {
+      unsigned n = count - at < ZS_LANES ? count - at : ZS_LANES;
+      if (!w->walk->control || !w->walk->control->brute)
+        n = decide(w, parts + at, n);
+      for (unsigned l = 0; done && l < n; l++)
+        done = add(&finer, &parts[at + l]);
+    }
+  }
+  free(list->ranges);
+  *list = finer;
+  return done;
+}
+
+static bool all_bricks(const range_list *list)
+{
+  for (size_t i = 0; i < list->count; i++)
+    if (!is_brick(&list->ranges[i]))
+      return false;
+  return true;
+}
+
+/* Cut the lattice into enough ranges to share among the threads. */
+static bool make_tasks(walker *w, unsigned threads, range_list *tasks)
+{
+  range whole = {.program = zs_field_program(w->walk->field)};
+  memcpy(whole.hi, w->walk->count, sizeof whole.hi);
+  if (!add(tasks, &whole))
+    return false;
+  do {
+    if (!refine(w, tasks))
+      return false;
+  } while (tasks->count < (size_t)threads * TASKS_PER_THREAD && !all_bricks(tasks));
+  return true;
+}
+
+static bool report_progress(const zs_walk *walk, double done)
+{
+  const zs_control *control = walk->control;
+  if (!control || !control->progress)
+    return true;
+  double fraction = walk->progress_from + (walk->progress_to - walk->progress_from) * done;
+  return control->progress(control->context, walk->stage, fraction);
+}
+
+/* Share the tasks among the threads.  False when cancelled. */
+static bool run_tasks(walker *walkers, unsigned threads, const range_list *tasks)
+{
+  const zs_walk *walk = walkers[0].walk;
+  atomic_size_t finished = 0;
+  atomic_bool cancelled = false;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+  for (size_t i = 0; i < tasks->count; i++) {
+    if (atomic_load_explicit(&cancelled, memory_order_relaxed))
+      continue;
+    unsigned thread = (unsigned)omp_get_thread_num();
+    walk_range(&walkers[thread], &tasks->ranges[i]);
+    size_t done = atomic_fetch_add_explicit(&finished, 1, memory_order_relaxed) + 1;
+    if (thread == 0 && !report_progress(walk, (double)done / (double)tasks->count))
+      atomic_store_explicit(&cancelled, true, memory_order_relaxed);
+  }
+  return !cancelled;
+}
+
+bool zs_walk_run(const zs_walk *walk, zs_diag *diag)
+{
+  unsigned threads = zs_control_threads(walk->control);
+  walker *walkers = calloc(threads, sizeof *walkers);
+  if (!walkers)
+    return zs_fail_memory(diag);
+  bool ready = true;
+  for (unsigned t = 0; ready && t < threads; t++) {
+    walkers[t] = (walker){.walk = walk, .thread = t};
+    walkers[t].eval = zs_eval_new(walk->field, diag);
+    ready = walkers[t].eval != NULL;
+  }
+  bool done = false;
+  range_list tasks = {0};
+  if (ready) {
+    if (!make_tasks(&walkers[0], threads, &tasks))
+      zs_fail_memory(diag);
+    else if (!report_progress(walk, 0) || !run_tasks(walkers, threads, &tasks))
+      zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");
+    else
+      done = true;
+  }
+  free(tasks.ranges);
+  for (unsigned t = 0; t < threads; t++) {
+    zs_eval_free(walkers[t].eval);
+    zs_arena_free(&walkers[t].arena);
+  }
+  free(walkers);
+  return done;
+}
