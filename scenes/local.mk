@@ -1,0 +1,1 @@
+# See the lists in Makefile.am.
