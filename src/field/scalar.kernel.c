@@ -26,7 +26,7 @@ VECTOR float atan2f(float, float);
 /* Units in the last place that the elementary functions may be off. */
 #define ELEMENTARY 8
 
-static const float PI = 3.14159265f;
+static const float PI = 3.14159265f, HALF_PI = 1.57079633f;
 
 /* ---- Values and derivatives --------------------------------------------- */
 
@@ -57,7 +57,8 @@ static inline float hypotenuse(float a, float b)
   F(EQUAL, a == b, 0, 0) \
   F(NOT_EQUAL, a != b, 0, 0)
 
-/* NAME, value, derivative. */
+/* NAME, value, derivative.  Sine and cosine of one operand would be fused into
+ * a scalar call: both derivatives shift the phase instead. */
 #define UNARY_FUNCTIONS(F) \
   F(NEGATE, -a, -1) \
   F(ABSOLUTE, fabsf(a), a < 0 ? -1 : 1) \
@@ -65,8 +66,8 @@ static inline float hypotenuse(float a, float b)
   F(SQUARE_ROOT, sqrtf(a), v > 0 ? 0.5f / v : 0) \
   F(EXPONENTIAL, expf(a), v) \
   F(LOGARITHM, logf(a), 1 / a) \
-  F(SINE, sinf(a), cosf(a)) \
-  F(COSINE, cosf(a), -sinf(a)) \
+  F(SINE, sinf(a), sinf(a + HALF_PI)) \
+  F(COSINE, cosf(a), cosf(a + HALF_PI)) \
   F(TANGENT, tanf(a), 1 + v * v) \
   F(ARC_SINE, asinf(a), 1 / sqrtf(1 - a * a)) \
   F(ARC_COSINE, acosf(a), -1 / sqrtf(1 - a * a)) \
@@ -79,7 +80,7 @@ static inline float hypotenuse(float a, float b)
 /* One function of two operands in its three forms.  A factor that is 0 drops
  * its operand's derivative, which may be infinite on the side not taken. */
 #define LOOP(A, B, VALUE) \
-  _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+  _Pragma("omp simd") for (size_t i = 0; i < n; i++) \
   { \
     const float a = A, b = B; \
     out[i] = VALUE; \
@@ -92,7 +93,7 @@ static inline float hypotenuse(float a, float b)
   const float G = (USE_A && da != 0 ? da * G##_a : 0) + (USE_B && db != 0 ? db * G##_b : 0);
 
 #define GRADIENT_LOOP(A, B, VALUE, DA, DB, USE_A, USE_B) \
-  _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+  _Pragma("omp simd") for (size_t i = 0; i < n; i++) \
   { \
     const float a = A, b = B, v = VALUE; \
     (void)b, (void)v; \
@@ -109,42 +110,42 @@ static inline float hypotenuse(float a, float b)
 #define BINARY_KERNELS(NAME, VALUE, DA, DB) \
   static void NAME##_value_0(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], *in_b = x->in[1]; \
     float *out = x->out; \
     LOOP(in_a[i], in_b[i], VALUE) \
   } \
   static void NAME##_value_1(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], constant = (float)*(const double *)x->data; \
     float *out = x->out; \
     LOOP(in_a[i], constant, VALUE) \
   } \
   static void NAME##_value_2(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_b = x->in[0], constant = (float)*(const double *)x->data; \
     float *out = x->out; \
     LOOP(constant, in_b[i], VALUE) \
   } \
   static void NAME##_gradient_0(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], *in_b = x->in[1]; \
     float *out = x->out; \
     GRADIENT_LOOP(in_a[i], in_b[i], VALUE, DA, DB, 1, 1) \
   } \
   static void NAME##_gradient_1(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], *in_b = in_a, constant = (float)*(const double *)x->data; \
     float *out = x->out; \
     GRADIENT_LOOP(in_a[i], constant, VALUE, DA, DB, 1, 0) \
   } \
   static void NAME##_gradient_2(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_b = x->in[0], *in_a = in_b, constant = (float)*(const double *)x->data; \
     float *out = x->out; \
     GRADIENT_LOOP(constant, in_b[i], VALUE, DA, DB, 0, 1) \
@@ -154,10 +155,10 @@ BINARY_FUNCTIONS(BINARY_KERNELS)
 #define UNARY_KERNELS(NAME, VALUE, DA) \
   static void NAME##_value(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0]; \
     float *out = x->out; \
-    _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+    _Pragma("omp simd") for (size_t i = 0; i < n; i++) \
     { \
       const float a = in_a[i]; \
       out[i] = VALUE; \
@@ -165,7 +166,7 @@ BINARY_FUNCTIONS(BINARY_KERNELS)
   } \
   static void NAME##_gradient(const zs_block_arguments *x) \
   { \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], *in_b = in_a; \
     float *out = x->out; \
     GRADIENT_LOOP(in_a[i], 0, VALUE, DA, 0, 1, 0) \
@@ -177,7 +178,7 @@ static void select_value(const zs_block_arguments *x)
   const float *c = x->in[0], *a = x->in[1], *b = x->in[2];
   float *out = x->out;
 #pragma omp simd
-  for (unsigned i = 0; i < x->n; i++)
+  for (size_t i = 0; i < x->n; i++)
     out[i] = c[i] != 0 ? a[i] : b[i];
 }
 
@@ -185,7 +186,7 @@ static void select_gradient(const zs_block_arguments *x)
 {
   const float *c = x->in[0], *a = x->in[1], *b = x->in[2];
   float *out = x->out;
-  for (unsigned i = 0; i < x->n; i++) {
+  for (size_t i = 0; i < x->n; i++) {
     const float *chosen = c[i] != 0 ? a : b;
     for (unsigned k = 0; k < 4; k++)
       out[k * ZS_BLOCK + i] = chosen[k * ZS_BLOCK + i];
@@ -538,7 +539,7 @@ static frame_row row_in_frame(const zs_linear *linear, const zs_frame *frame)
 }
 
 /* out = c + sum of k[j] * in[j], leaving out the terms that are zero. */
-static void combine(unsigned n, float c, const float k[3], const float *const in[3], float *out)
+static void combine(size_t n, float c, const float k[3], const float *const in[3], float *out)
 {
   const float *p[3] = {in[0], in[0], in[0]};
   float q[3] = {0, 0, 0};
@@ -553,15 +554,15 @@ static void combine(unsigned n, float c, const float k[3], const float *const in
   const float ka = q[0], kb = q[1], kd = q[2];
   if (terms <= 1) {
 #pragma omp simd
-    for (unsigned i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
       out[i] = ka * a[i] + c;
   } else if (terms == 2) {
 #pragma omp simd
-    for (unsigned i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
       out[i] = ka * a[i] + kb * b[i] + c;
   } else {
 #pragma omp simd
-    for (unsigned i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
       out[i] = ka * a[i] + kb * b[i] + kd * d[i] + c;
   }
 }
@@ -576,7 +577,7 @@ static void linear_root_value(const zs_block_arguments *x)
   const float *u = x->in[0], *v = x->in[1], *w = x->in[2];
   float *out = x->out;
 #pragma omp simd
-  for (unsigned i = 0; i < x->n; i++)
+  for (size_t i = 0; i < x->n; i++)
     out[i] = r.constant + w[i] * (r.k[2] + u[i] * r.k[0] + v[i] * r.k[1]);
 }
 
@@ -585,7 +586,7 @@ static void linear_root_gradient(const zs_block_arguments *x)
   frame_row r = row_in_frame(x->data, x->frame);
   linear_root_value(x);
   for (unsigned k = 0; k < 3; k++)
-    for (unsigned i = 0; i < x->n; i++)
+    for (size_t i = 0; i < x->n; i++)
       x->out[(k + 1) * ZS_BLOCK + i] = r.k[k];
 }
 
@@ -646,7 +647,7 @@ static void linear_registers_gradient(const zs_block_arguments *x)
                 *d = x->in[2] + k * ZS_BLOCK;
     float *out = x->out + k * ZS_BLOCK;
 #pragma omp simd
-    for (unsigned i = 0; i < x->n; i++) {
+    for (size_t i = 0; i < x->n; i++) {
       /* Skipped terms may be infinite. */
       float p = k0 != 0 ? k0 * a[i] : 0, q = k1 != 0 ? k1 * b[i] : 0, s = k2 != 0 ? k2 * d[i] : 0;
       out[i] = p + q + s + c;
@@ -666,7 +667,7 @@ static void linear_registers_bounds(const zs_bounds_arguments *x)
 static void constant_value(const zs_block_arguments *x)
 {
   const float constant = (float)*(const double *)x->data;
-  for (unsigned i = 0; i < x->n; i++)
+  for (size_t i = 0; i < x->n; i++)
     x->out[i] = constant;
 }
 

@@ -4,11 +4,22 @@
 #include "base/diagnostic.h"
 
 #include <math.h>
-#include <omp.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#if defined _OPENMP
+#include <omp.h>
+#else
+static int omp_get_num_procs(void)
+{
+  return 1;
+}
+static int omp_get_thread_num(void)
+{
+  return 0;
+}
+#endif
 
 enum {
   BRANCH = 4,           /* parts per axis and level */

@@ -1,1 +1,2 @@
-# This room adds to the lists that Makefile.am describes.
+zs_tests += tests/field/test_field
+tests_field_test_field_SOURCES = tests/field/test_field.c tests/random.h
