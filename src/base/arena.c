@@ -48,7 +48,7 @@ static bool grow(zs_arena *arena, size_t size)
   return true;
 }
 
-void *zs_arena_alloc(zs_arena *arena, size_t count, size_t size)
+void *zs_arena_reserve(zs_arena *arena, size_t count, size_t size)
 {
   if (size && count > (SIZE_MAX / 2) / size)
     return NULL;
@@ -62,7 +62,13 @@ void *zs_arena_alloc(zs_arena *arena, size_t count, size_t size)
     start = 0;
   }
   arena->used = start + bytes;
-  return memset(arena->block->data + start, 0, bytes);
+  return arena->block->data + start;
+}
+
+void *zs_arena_alloc(zs_arena *arena, size_t count, size_t size)
+{
+  void *memory = zs_arena_reserve(arena, count, size);
+  return memory ? memset(memory, 0, count * size) : NULL;
 }
 
 char *zs_arena_string(zs_arena *arena, const char *text, size_t length)

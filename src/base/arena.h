@@ -20,6 +20,8 @@ typedef struct zs_arena_mark {
 /* Zeroed memory, aligned for any type up to 64 bytes, or NULL when memory is
  * out or count * size overflows.  A zero-initialised arena is ready to use. */
 void *zs_arena_alloc(zs_arena *arena, size_t count, size_t size);
+/* The same with arbitrary contents, for what is about to be filled. */
+void *zs_arena_reserve(zs_arena *arena, size_t count, size_t size);
 #define ZS_ARENA_NEW(arena, type, count) ((type *)zs_arena_alloc((arena), (count), sizeof(type)))
 
 /* A NUL-terminated copy of `length` bytes. */

@@ -371,15 +371,14 @@ void zs_compiler_free(zs_compiler *compiler)
 
 static const zs_program *finish_program(zs_compiler *c, zs_value result)
 {
-  uint32_t count = result + 1;
-  zs_shortener work = {.demand = malloc(count), .renamed = malloc(count * sizeof(uint32_t))};
+  zs_shortener shortener;
   const zs_program *program = NULL;
-  const zs_trace whole = {0};
-  if (work.demand && work.renamed)
-    program = zs_program_shorten(c->instructions, count, &whole, ZS_REQUEST_GRADIENT, count, &work,
-                                 &c->field->arena);
-  free(work.demand);
-  free(work.renamed);
+  if (zs_shortener_init(&shortener, result + 1)) {
+    zs_shortener_list(&shortener, c->instructions, result + 1, NULL, 1, ZS_REQUEST_GRADIENT);
+    program = zs_shortener_emit(&shortener, c->instructions, 0, ZS_REQUEST_GRADIENT, NULL,
+                                &c->field->arena);
+  }
+  zs_shortener_free(&shortener);
   return program;
 }
 

@@ -26,13 +26,7 @@ struct zs_eval {
   zs_choice *choices;
   zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];
   double *points; /* by instruction: results at one point */
-  zs_shortener work;
-  /* Programs made from the latest bounds, by lane; lanes with equal choices
-   * have the same one. */
-  const zs_program *shortened_from;
-  const zs_arena *shortened_in;
-  const zs_program *shortened[ZS_LANES];
-  zs_request shortened_for;
+  zs_shortener shortener;
   /* zs_eval_restrict */
   const zs_program *programs[ZS_MAXIMUM_REGIONS + 1];
   zs_arena_mark marks[ZS_MAXIMUM_REGIONS];
@@ -70,11 +64,9 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->choices = aligned(program->choice_count, sizeof *e->choices);
   e->regional = aligned(program->regional_count, sizeof *e->regional);
   e->points = aligned(count, sizeof *e->points);
-  e->work.demand = aligned(count, sizeof *e->work.demand);
-  e->work.renamed = aligned(count, sizeof *e->work.renamed);
   e->block = aligned((3 + ROWS) * (size_t)ZS_BLOCK, sizeof *e->block);
   if (!e->storage || !e->values || !e->gradients || !e->bounds || !e->choices || !e->regional ||
-      !e->points || !e->work.demand || !e->work.renamed || !e->block) {
+      !e->points || !e->block || !zs_shortener_init(&e->shortener, program->count)) {
     zs_eval_free(e);
     zs_fail_memory(diag);
     return NULL;
@@ -99,8 +91,7 @@ void zs_eval_free(zs_eval *eval)
   free(eval->choices);
   free(eval->regional);
   free(eval->points);
-  free(eval->work.demand);
-  free(eval->work.renamed);
+  zs_shortener_free(&eval->shortener);
   free(eval->block);
   zs_arena_free(&eval->arena);
   free(eval);
@@ -207,53 +198,51 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
     arguments.out = i == last ? result : &eval->bounds[program->registers[i]];
     operation->kernels[eval->isa]->bounds(&arguments);
   }
-  eval->shortened_from = NULL;
 }
 
 /* ---- Regional programs -------------------------------------------------------- */
 
-/* Lanes whose choices all agree with those of `lane`, one bit each. */
-static unsigned equal_lanes(const zs_eval *eval, const zs_program *program, unsigned lane)
+/* Whether a lane's list is so much shorter than the program that a program of
+ * its own pays.  One with regional forms always does. */
+static bool pays(const zs_shortener *shortener, const zs_program *program, unsigned lane)
 {
-  unsigned different = 0;
-  for (uint32_t c = 0; c < program->choice_count; c++) {
-    for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++) {
-      unsigned copy = eval->choices[c].copy[k], sign = eval->choices[c].sign[k];
-      different |= copy ^ (copy >> lane & 1 ? 0xffffu : 0);
-      different |= sign ^ (sign >> lane & 1 ? 0xffffu : 0);
+  return program->regional_count || shortener->kept[lane] < WORTHWHILE * program->count;
+}
+
+void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
+                               zs_request request, zs_arena *arena,
+                               const zs_program *result[ZS_LANES])
+{
+  zs_shortener *shortener = &eval->shortener;
+  bool can_shorten = program->choice_count || program->regional_count;
+  if (can_shorten)
+    zs_shortener_list(shortener, program->instructions, program->count, eval->choices, lanes,
+                      request);
+  const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] = (const zs_bounds(*)[3])eval->regional;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    if (!(lanes >> l & 1))
+      continue;
+    result[l] = NULL;
+    if (!can_shorten || !pays(shortener, program, l)) {
+      result[l] = program;
+      continue;
     }
+    for (unsigned m = 0; m < l && !result[l] && !program->regional_count; m++)
+      if (lanes >> m & 1 && zs_shortener_equal(shortener, l, m))
+        result[l] = result[m];
+    if (!result[l])
+      result[l] = zs_shortener_emit(shortener, program->instructions, l, request, regional, arena);
+    if (!result[l])
+      result[l] = program;
   }
-  return ~different & 0xffffu;
 }
 
 const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
                                       zs_request request, zs_arena *arena)
 {
-  if (program->choice_count == 0 && program->regional_count == 0)
-    return program;
-  if (eval->shortened_from != program || eval->shortened_in != arena ||
-      eval->shortened_for != request) {
-    memset(eval->shortened, 0, sizeof eval->shortened);
-    eval->shortened_from = program;
-    eval->shortened_in = arena;
-    eval->shortened_for = request;
-  }
-  if (eval->shortened[lane])
-    return eval->shortened[lane];
-  const zs_trace trace = {eval->choices, (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional,
-                          lane};
-  uint32_t limit = program->count;
-  if (program->regional_count == 0)
-    limit = (uint32_t)(WORTHWHILE * program->count);
-  const zs_program *made = zs_program_shorten(program->instructions, program->count, &trace,
-                                              request, limit, &eval->work, arena);
-  if (!made)
-    made = program;
-  unsigned lanes = program->regional_count ? 1u << lane : equal_lanes(eval, program, lane);
-  for (unsigned l = 0; l < ZS_LANES; l++)
-    if (lanes >> l & 1)
-      eval->shortened[l] = made;
-  return made;
+  const zs_program *result[ZS_LANES];
+  zs_program_restrict_lanes(eval, program, 1u << lane, request, arena, result);
+  return result[lane];
 }
 
 /* ---- Public calls ---------------------------------------------------------------- */

@@ -26,27 +26,43 @@ struct zs_field {
   size_t fit_count;
 };
 
-/* What a restriction needs to know of the intervals of one lane; all members
- * NULL keeps every instruction. */
-typedef struct zs_trace {
-  const zs_choice *choices;                        /* by ordinal */
-  const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];  /* by ordinal: the inputs' intervals */
-  unsigned lane;
-} zs_trace;
+/* Shortening works on sixteen lanes together: one pass from the result back
+ * lists, for every lane, the instructions that it still needs.
+ *
+ * An entry is an instruction's index in the upper bits, and in the lower two
+ * the input that stands in for it in this lane, or ZS_KEPT.  Lists run from the
+ * result backwards. */
+enum { ZS_KEPT = 3 };
 
-/* Working memory of zs_program_shorten, for programs of up to `count`. */
 typedef struct zs_shortener {
-  uint8_t *demand;
-  uint32_t *renamed;
+  uint32_t capacity;          /* instructions of the longest program */
+  uint16_t *full, *sign;      /* by instruction: lanes that need it, or its sign */
+  uint32_t *renamed;          /* by instruction: its new index in the lane at hand */
+  uint32_t *entries[ZS_LANES];
+  uint32_t count[ZS_LANES];   /* entries of each lane ... */
+  uint32_t kept[ZS_LANES];    /* ... and how many of them are kept */
+  uint64_t hash[ZS_LANES];    /* of the entries */
 } zs_shortener;
 
-/* The part of a list of instructions that its last one needs, as a program in
- * `arena`.  What the trace proves idle is left out; registers are assigned
- * anew.  NULL when memory is out, or when more than `limit` instructions
- * would be left. */
-const zs_program *zs_program_shorten(const zs_instruction *instructions, uint32_t count,
-                                     const zs_trace *trace, zs_request request, uint32_t limit,
-                                     const zs_shortener *work, zs_arena *arena);
+/* False when memory is out; zs_shortener_free in any case. */
+bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity);
+void zs_shortener_free(zs_shortener *shortener);
+
+/* List what the lanes (one bit each) need of a program whose last instruction
+ * is the result.  `choices`, by ordinal, may be NULL: then all is kept. */
+void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
+                       const zs_choice *choices, unsigned lanes, zs_request request);
+
+/* Whether two listed lanes need the same. */
+bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other);
+
+/* The program of one listed lane, in `arena`; NULL when memory is out.
+ * `regional` holds the inputs' intervals of instructions with a regional form,
+ * by ordinal; NULL keeps their data. */
+const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instruction *instructions,
+                                    unsigned lane, zs_request request,
+                                    const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
+                                    zs_arena *arena);
 
 /* The instruction set to use: what the machine has, or less when ZEROSET_ISA
  * asks for less. */

@@ -1,151 +1,179 @@
 /* Shortening: from instructions and what is known of their intervals to the
- * program that is still needed. */
+ * programs that are still needed. */
 #include "field/field.h"
-#include "field/scalar.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-/* What is asked of an instruction's result. */
-enum { IDLE, SIGN_ONLY, FULL };
-
-/* The input that stands for the whole instruction in this lane, or -1. */
-static int stand_in(const zs_instruction *instruction, const zs_trace *trace, unsigned demand)
+bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity)
 {
-  if (!trace->choices || !instruction->operation->choice)
-    return -1;
-  const zs_choice *choice = &trace->choices[instruction->choice];
-  for (unsigned k = 0; k < instruction->operation->arity; k++) {
-    unsigned lanes = choice->copy[k];
-    if (demand == SIGN_ONLY)
-      lanes |= choice->sign[k];
-    if (lanes >> trace->lane & 1)
-      return (int)k;
+  *shortener = (zs_shortener){.capacity = capacity};
+  shortener->full = malloc(capacity * sizeof *shortener->full);
+  shortener->sign = malloc(capacity * sizeof *shortener->sign);
+  shortener->renamed = malloc(capacity * sizeof *shortener->renamed);
+  uint32_t *entries = malloc((size_t)capacity * ZS_LANES * sizeof *entries);
+  for (unsigned l = 0; entries && l < ZS_LANES; l++)
+    shortener->entries[l] = entries + (size_t)l * capacity;
+  return shortener->full && shortener->sign && shortener->renamed && entries;
+}
+
+void zs_shortener_free(zs_shortener *shortener)
+{
+  free(shortener->full);
+  free(shortener->sign);
+  free(shortener->renamed);
+  free(shortener->entries[0]);
+}
+
+/* Add an entry to the lists of some lanes. */
+static void push(zs_shortener *shortener, unsigned lanes, uint32_t entry)
+{
+  for (; lanes; lanes &= lanes - 1) {
+    unsigned l = (unsigned)__builtin_ctz(lanes);
+    shortener->entries[l][shortener->count[l]++] = entry;
+    shortener->kept[l] += (entry & 3) == ZS_KEPT;
+    shortener->hash[l] = (shortener->hash[l] ^ entry) * UINT64_C(0x9e3779b97f4a7c15);
   }
-  return -1;
 }
 
-static void ask(uint8_t *demand, uint32_t of, uint8_t what)
+/* Hand an instruction's demand on to the inputs that stand in for it in some
+ * lanes.  Returns the lanes in which it is replaced. */
+static unsigned replace(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
+                        const zs_choice *choice)
 {
-  if (demand[of] < what)
-    demand[of] = what;
+  const unsigned full = shortener->full[index], sign = shortener->sign[index] & ~full;
+  unsigned replaced = 0;
+  for (unsigned k = 0; k < instruction->operation->arity; k++) {
+    unsigned copies = choice->copy[k] & ~replaced;
+    unsigned lanes = (copies & full) | ((copies | (choice->sign[k] & ~replaced)) & sign);
+    if (!lanes)
+      continue;
+    replaced |= lanes;
+    shortener->full[instruction->in[k]] |= (uint16_t)(lanes & full);
+    shortener->sign[instruction->in[k]] |= (uint16_t)(lanes & sign);
+    push(shortener, lanes, index << 2 | k);
+  }
+  return replaced;
 }
 
-/* From the result backwards: who is needed, and for what.  `renamed` gets the
- * stand-in of those that have one, itself for the others.  Returns how many
- * instructions are left. */
-static uint32_t mark(const zs_instruction *instructions, uint32_t count, const zs_trace *trace,
-                     zs_request request, const zs_shortener *work)
+void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
+                       const zs_choice *choices, unsigned lanes, zs_request request)
 {
-  uint8_t *demand = work->demand;
-  uint32_t left = ZS_COORDINATES;
-  memset(demand, IDLE, count);
-  demand[count - 1] = request == ZS_REQUEST_SIGN ? SIGN_ONLY : FULL;
+  uint16_t *full = shortener->full, *sign = shortener->sign;
+  memset(full, 0, count * sizeof *full);
+  memset(sign, 0, count * sizeof *sign);
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    shortener->count[l] = 0;
+    shortener->kept[l] = ZS_COORDINATES;
+    shortener->hash[l] = 0;
+  }
+  (request == ZS_REQUEST_SIGN ? sign : full)[count - 1] = (uint16_t)lanes;
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
-    if (demand[i] == IDLE)
+    unsigned needed = full[i] | sign[i];
+    if (!needed)
       continue;
     const zs_instruction *instruction = &instructions[i];
-    int k = stand_in(instruction, trace, demand[i]);
-    if (k >= 0) {
-      work->renamed[i] = instruction->in[k];
-      ask(demand, instruction->in[k], demand[i]);
+    const zs_operation *operation = instruction->operation;
+    if (choices && operation->choice)
+      needed &= ~replace(shortener, instruction, i, &choices[instruction->choice]);
+    if (!needed)
       continue;
+    push(shortener, needed, i << 2 | ZS_KEPT);
+    unsigned by_sign = operation->sign_transparent ? needed & ~(unsigned)full[i] : 0;
+    for (unsigned k = 0; k < operation->arity; k++) {
+      full[instruction->in[k]] |= (uint16_t)(needed & ~by_sign);
+      sign[instruction->in[k]] |= (uint16_t)by_sign;
     }
-    work->renamed[i] = i;
-    left++;
-    uint8_t what = instruction->operation->sign_transparent ? demand[i] : FULL;
-    for (unsigned j = 0; j < instruction->operation->arity; j++)
-      ask(demand, instruction->in[j], what);
   }
-  return left;
 }
 
-/* Data that is valid where the trace's lane is. */
-static const void *restricted_data(const zs_instruction *instruction, const zs_trace *trace,
-                                   zs_arena *arena)
+bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other)
 {
-  const zs_operation *operation = instruction->operation;
-  if (!trace->regional || !operation->restricted)
-    return instruction->data;
+  return shortener->hash[lane] == shortener->hash[other] &&
+         shortener->count[lane] == shortener->count[other] &&
+         !memcmp(shortener->entries[lane], shortener->entries[other],
+                 shortener->count[lane] * sizeof **shortener->entries);
+}
+
+/* Data that is valid where the lane's box is. */
+static const void *restricted_data(const zs_instruction *instruction, unsigned lane,
+                                   const zs_bounds in[ZS_MAXIMUM_INPUTS], zs_arena *arena)
+{
   float lo[ZS_MAXIMUM_INPUTS] = {0}, hi[ZS_MAXIMUM_INPUTS] = {0};
-  for (unsigned k = 0; k < operation->arity; k++) {
-    const zs_bounds *in = &trace->regional[instruction->regional][k];
-    lo[k] = in->lo[trace->lane];
-    hi[k] = in->hi[trace->lane];
+  for (unsigned k = 0; k < instruction->operation->arity; k++) {
+    lo[k] = in[k].lo[lane];
+    hi[k] = in[k].hi[lane];
     if (!(lo[k] <= hi[k]))
       return instruction->data;
   }
-  return operation->restricted(instruction->data, lo, hi, arena);
+  return instruction->operation->restricted(instruction->data, lo, hi, arena);
 }
 
-/* Copy what is needed, in order; afterwards `renamed` leads from old indices to
- * new ones. */
-static void copy(zs_program *program, zs_instruction *out, const zs_instruction *instructions,
-                 uint32_t count, const zs_trace *trace, const zs_shortener *work, zs_arena *arena)
-{
-  uint32_t *renamed = work->renamed, next = ZS_COORDINATES;
-  for (uint32_t i = 0; i < ZS_COORDINATES; i++) {
-    out[i] = instructions[i];
-    renamed[i] = i;
-  }
-  for (uint32_t i = ZS_COORDINATES; i < count; i++) {
-    if (work->demand[i] == IDLE)
-      continue;
-    if (renamed[i] != i) {
-      renamed[i] = renamed[renamed[i]];
-      continue;
-    }
-    zs_instruction instruction = instructions[i];
-    for (unsigned k = 0; k < instruction.operation->arity; k++)
-      instruction.in[k] = renamed[instruction.in[k]];
-    instruction.data = restricted_data(&instructions[i], trace, arena);
-    if (instruction.operation->choice)
-      instruction.choice = program->choice_count++;
-    if (instruction.operation->restricted)
-      instruction.regional = program->regional_count++;
-    renamed[i] = next;
-    out[next++] = instruction;
-  }
-}
-
-/* Linear scan from the end: a register is taken at a value's last use and free
- * again above its definition.  `free_list` holds registers that are free. */
+/* Linear scan from the end: a register is taken at a value's last use and is
+ * free again above its definition.  `idle` has room for every register. */
 static uint32_t assign_registers(const zs_instruction *instructions, uint32_t count,
-                                 uint32_t *registers, uint32_t *free_list)
+                                 uint32_t *registers, uint32_t *idle)
 {
   const uint32_t none = UINT32_MAX;
-  uint32_t used = ZS_COORDINATES, free_count = 0;
+  uint32_t used = ZS_COORDINATES, idle_count = 0;
   for (uint32_t i = 0; i < count; i++)
     registers[i] = i < ZS_COORDINATES ? i : none;
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
     if (registers[i] == none) /* the result */
-      registers[i] = free_count ? free_list[--free_count] : used++;
-    free_list[free_count++] = registers[i];
+      registers[i] = used++;
+    idle[idle_count++] = registers[i];
     for (unsigned k = 0; k < instructions[i].operation->arity; k++) {
       uint32_t in = instructions[i].in[k];
       if (registers[in] == none)
-        registers[in] = free_count ? free_list[--free_count] : used++;
+        registers[in] = idle_count ? idle[--idle_count] : used++;
     }
   }
   return used;
 }
 
-const zs_program *zs_program_shorten(const zs_instruction *instructions, uint32_t count,
-                                     const zs_trace *trace, zs_request request, uint32_t limit,
-                                     const zs_shortener *work, zs_arena *arena)
+const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instruction *instructions,
+                                    unsigned lane, zs_request request,
+                                    const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
+                                    zs_arena *arena)
 {
-  uint32_t left = mark(instructions, count, trace, request, work);
-  if (left > limit)
-    return NULL;
+  const uint32_t *entries = shortener->entries[lane], count = shortener->kept[lane];
+  uint32_t *renamed = shortener->renamed, next = ZS_COORDINATES;
   zs_program *program = ZS_ARENA_NEW(arena, zs_program, 1);
-  zs_instruction *out = ZS_ARENA_NEW(arena, zs_instruction, left);
-  uint32_t *registers = ZS_ARENA_NEW(arena, uint32_t, left);
+  zs_instruction *out = zs_arena_reserve(arena, count, sizeof *out);
+  uint32_t *registers = zs_arena_reserve(arena, count, sizeof *registers);
   if (!program || !out || !registers)
     return NULL;
-  copy(program, out, instructions, count, trace, work, arena);
+  for (uint32_t i = 0; i < ZS_COORDINATES; i++) {
+    out[i] = instructions[i];
+    renamed[i] = i;
+  }
+  for (uint32_t e = shortener->count[lane]; e-- > 0;) {
+    uint32_t index = entries[e] >> 2, stand_in = entries[e] & 3;
+    const zs_instruction *instruction = &instructions[index];
+    if (stand_in != ZS_KEPT) {
+      renamed[index] = renamed[instruction->in[stand_in]];
+      continue;
+    }
+    const zs_operation *operation = instruction->operation;
+    zs_instruction *copy = &out[next];
+    copy->operation = operation;
+    copy->data = operation->restricted && regional
+                   ? restricted_data(instruction, lane, regional[instruction->regional], arena)
+                   : instruction->data;
+    for (unsigned k = 0; k < operation->arity; k++)
+      copy->in[k] = renamed[instruction->in[k]];
+    for (unsigned k = operation->arity; k < ZS_MAXIMUM_INPUTS; k++)
+      copy->in[k] = 0;
+    copy->choice = program->choice_count;
+    copy->regional = program->regional_count;
+    program->choice_count += operation->choice;
+    program->regional_count += operation->restricted != NULL;
+    renamed[index] = next++;
+  }
   program->instructions = out;
-  program->count = left;
-  /* The old names are not needed any more. */
-  program->register_count = assign_registers(out, left, registers, work->renamed);
+  program->count = count;
+  /* The names are not needed any more: their room serves the registers. */
+  program->register_count = assign_registers(out, count, registers, renamed);
   program->registers = registers;
   program->request = request;
   return program;

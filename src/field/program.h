@@ -56,11 +56,15 @@ double zs_program_point(zs_eval *eval, const zs_program *program, const double p
 void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame *frame,
                        const zs_boxes *boxes, zs_bounds *result);
 
-/* The program for the box in `lane` of the latest zs_program_bounds call with
- * the same program; `program` itself when the result would not be much
- * shorter or memory is out.  The new program lives in `arena`.  Lanes with
- * equal choices share a program while the latest bounds stay the latest and
- * the same arena, not rewound since, is given. */
+/* Programs for boxes of the latest zs_program_bounds call with the same program:
+ * result[l] for every lane l whose bit is set in `lanes`.  Lanes that need the
+ * same share one; where shortening would not pay, or memory is out, the result
+ * is `program` itself.  New programs live in `arena`. */
+void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
+                               zs_request request, zs_arena *arena,
+                               const zs_program *result[ZS_LANES]);
+
+/* The same for one lane. */
 const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
                                       zs_request request, zs_arena *arena);
 

@@ -129,15 +129,22 @@ static unsigned decide(walker *w, range *parts, unsigned n)
   zs_bounds f;
   range_boxes(walk, parts, n, origin, &boxes);
   zs_program_bounds(w->eval, program, &frame, &boxes, &f);
-  unsigned left = 0;
+  unsigned undecided = 0, left = 0;
   for (unsigned l = 0; l < n; l++) {
-    range part = parts[l];
-    if (walk->uniform && (f.lo[l] >= 0 || f.hi[l] < 0)) {
-      walk->uniform(walk->visitor, part.lo, part.hi, f.lo[l] >= 0);
-      continue;
+    if (walk->uniform && (f.lo[l] >= 0 || f.hi[l] < 0))
+      walk->uniform(walk->visitor, parts[l].lo, parts[l].hi, f.lo[l] >= 0);
+    else
+      undecided |= 1u << l;
+  }
+  if (!undecided)
+    return 0;
+  const zs_program *programs[ZS_LANES];
+  zs_program_restrict_lanes(w->eval, program, undecided, walk->request, &w->arena, programs);
+  for (unsigned l = 0; l < n; l++) {
+    if (undecided >> l & 1) {
+      parts[left] = parts[l];
+      parts[left++].program = programs[l];
     }
-    part.program = zs_program_restrict(w->eval, program, l, walk->request, &w->arena);
-    parts[left++] = part;
   }
   return left;
 }
