@@ -1,0 +1,42 @@
+# Every scene in scenes/: the schemas accept it, and its mesh is closed, manifold and in one piece
+# at coarse and fine resolutions, by the program's own report.
+. "$top_srcdir/tests/program/cases.sh"
+begin
+
+check_mesh() {
+  "$ZEROSET" mesh "$1" -o "$scratch/mesh.ply" --resolution "$2" --report json >"$scratch/json"
+  cat "$scratch/json"
+  expect_field closed true "$scratch/json"
+  expect_field manifold true "$scratch/json"
+  expect_field components 1 "$scratch/json"
+  [ -s "$scratch/mesh.ply" ] || complain "the mesh is empty"
+}
+
+check_scene() {
+  "$ZEROSET" check "$1" >"$scratch/output" 2>&1
+  [ ! -s "$scratch/output" ] || complain "$(cat "$scratch/output")"
+}
+
+check_schema() {
+  "$XMLLINT" --noout --nonet "$1" "$top_srcdir/schema/$2" "$3"
+}
+
+count=0
+for scene in "$top_srcdir"/scenes/*.xml; do
+  name=$(basename "$scene" .xml)
+  count=$((count + 1))
+  run_case "$name has no warnings" check_scene "$scene"
+  for resolution in 16 64 128; do
+    run_case "$name is one closed manifold at $resolution" check_mesh "$scene" "$resolution"
+  done
+done
+run_case "there are scenes" test "$count" -ge 6
+
+if [ -n "${XMLLINT:-}" ]; then
+  for scene in "$top_srcdir"/scenes/*.xml "$top_srcdir"/scenes/library/*.xml; do
+    name=$(basename "$scene" .xml)
+    run_case "$name is valid by RELAX NG" check_schema --relaxng zeroset.rng "$scene"
+    run_case "$name is valid by XSD" check_schema --schema zeroset.xsd "$scene"
+  done
+fi
+finish
