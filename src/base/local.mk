@@ -3,5 +3,9 @@ zs_sources += \
   src/base/arena.h \
   src/base/diagnostic.c \
   src/base/diagnostic.h \
+  src/base/expression.c \
   src/base/expression.h \
+  src/base/names.c \
+  src/base/names.h \
+  src/base/output.c \
   src/base/output.h
