@@ -1,0 +1,11 @@
+/* What the two commands that make a picture share. */
+#ifndef CLI_PICTURE_H
+#define CLI_PICTURE_H
+
+#include "cli/session.h"
+
+/* Write the picture, tell and report.  `inside` is reported when not NULL. */
+bool cli_picture_finish(cli_session *session, const zs_image *image, const uint64_t *inside,
+                        const char *output);
+
+#endif
