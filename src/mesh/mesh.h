@@ -1,0 +1,26 @@
+/* Indexed triangle meshes: what the polygonizer makes and files hold. */
+#ifndef ZS_MESH_H
+#define ZS_MESH_H
+
+#include "zeroset.h"
+
+struct zs_mesh {
+  float *positions;    /* 3 per vertex */
+  float *normals;      /* 3 per vertex, or NULL */
+  uint32_t *triangles; /* 3 vertices each, counter-clockwise seen from outside */
+  size_t vertex_count, triangle_count;
+};
+
+/* A mesh with room for its elements, not yet filled in; NULL after reporting
+ * when memory is out or there are more vertices than indices can tell apart. */
+zs_mesh *zs_mesh_new(size_t vertex_count, size_t triangle_count, bool normals, zs_diag *diag);
+
+/* Read .stl .ply .obj .off or .om by the name's ending.  Nothing is mended or
+ * left out: polygons become fans of triangles, coinciding corners of an STL
+ * file one vertex.  A file may hold vertices alone.  Normals are as in the
+ * file (scaled to unit length), NULL when it does not give one to every vertex.
+ * Malformed and truncated files and coordinates that are no finite single
+ * precision numbers are errors that name the file and, in text, the line. */
+zs_mesh *zs_mesh_read(const char *path, zs_diag *diag);
+
+#endif
