@@ -54,7 +54,8 @@ typedef struct zs_attribute {
   const char *unit;    /* "length", "degrees", "1", "" */
   zs_range range;
   double minimum, maximum;
-  const char *const *choices; /* NULL-terminated */
+  const char *const *choices; /* NULL-terminated; of a ZS_NUMBER: words that may be written
+                                 instead of a number ("auto") and leave NaN */
   const char *doc;
 } zs_attribute;
 
