@@ -79,6 +79,7 @@ struct zs_node {
   double placement_scale;  /* factor that keeps f a distance: min |scale| */
   uint64_t given;          /* bit i: attribute i of the kind was written */
   zs_place place;          /* of the start tag */
+  const struct zs_element *element; /* the reader's, for zs_node_place; NULL: made by hand */
 };
 
 /* Place of an attribute of a node, for messages; the tag's when not written. */

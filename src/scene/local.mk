@@ -1,1 +1,4 @@
-# This room adds to the lists that Makefile.am describes.
+zs_sources += \
+  src/scene/document.c \
+  src/scene/document.h \
+  src/scene/tree.h
