@@ -1,0 +1,270 @@
+#include "output/camera.h"
+
+#include "base/diagnostic.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Part of the picture that framing fills, and the vertical angle of the
+ * perspective views that are built in. */
+static const double FILLED = 0.92, PERSPECTIVE = 24;
+
+/* Nearest depth that is drawn, relative to the farthest. */
+static const double NEAREST = 1e-4;
+
+static const struct {
+  const char *name;
+  double direction[3], up[3], field_of_view;
+} built_in[] = {
+  {"front", {0, 1, 0}, {0, 0, 1}, 0},   {"back", {0, -1, 0}, {0, 0, 1}, 0},
+  {"left", {1, 0, 0}, {0, 0, 1}, 0},    {"right", {-1, 0, 0}, {0, 0, 1}, 0},
+  {"top", {0, 0, -1}, {0, 1, 0}, 0},    {"bottom", {0, 0, 1}, {0, -1, 0}, 0},
+  {"iso", {-1, 1, -1}, {0, 0, 1}, PERSPECTIVE},
+};
+enum { BUILT_IN = sizeof built_in / sizeof *built_in };
+
+bool zs_view_named(zs_view *view, const char *name, zs_diag *diag)
+{
+  const char *names[BUILT_IN];
+  for (size_t i = 0; i < BUILT_IN; i++) {
+    names[i] = built_in[i].name;
+    if (strcmp(name, names[i]))
+      continue;
+    *view = (zs_view){.id = names[i], .field_of_view = built_in[i].field_of_view};
+    memcpy(view->direction, built_in[i].direction, sizeof view->direction);
+    memcpy(view->up, built_in[i].up, sizeof view->up);
+    return true;
+  }
+  const char *near = zs_suggest(name, names, BUILT_IN);
+  char hint[64];
+  if (near)
+    snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+  return zs_report(diag, ZS_ERROR, ZS_ERROR_ARGUMENT, NULL, near ? hint : NULL,
+                   "there is no view '%s'; expected front, back, left, right, top, bottom or iso",
+                   name);
+}
+
+/* ---- Vectors --------------------------------------------------------------------- */
+
+static double dot(const double a[3], const double b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+  out[0] = a[1] * b[2] - a[2] * b[1];
+  out[1] = a[2] * b[0] - a[0] * b[2];
+  out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* False for vectors without a direction. */
+static bool normalize(double a[3])
+{
+  double largest = fmax(fmax(fabs(a[0]), fabs(a[1])), fabs(a[2]));
+  if (!(largest > 0 && largest < INFINITY))
+    return false;
+  for (int k = 0; k < 3; k++)
+    a[k] /= largest;
+  double length = sqrt(dot(a, a));
+  for (int k = 0; k < 3; k++)
+    a[k] /= length;
+  return isfinite(length);
+}
+
+/* ---- Set-up ------------------------------------------------------------------------ */
+
+/* Right, up and forward; an `up` along the view gives way to y, then to x. */
+static bool set_axes(zs_camera *camera, const zs_view *view, zs_diag *diag)
+{
+  double *right = camera->frame.axes[0], *up = camera->frame.axes[1],
+         *forward = camera->frame.axes[2];
+  for (int k = 0; k < 3; k++)
+    forward[k] = view->has_eye ? view->target[k] - view->eye[k] : view->direction[k];
+  if (!normalize(forward))
+    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
+                   view->has_eye ? "the view's eye and target are the same point, or not finite"
+                                 : "the view's direction is zero, or not finite");
+  const double ups[3][3] = {{view->up[0], view->up[1], view->up[2]}, {0, 1, 0}, {1, 0, 0}};
+  for (int i = 0; i < 3; i++) {
+    double along[3] = {ups[i][0], ups[i][1], ups[i][2]};
+    if (!normalize(along))
+      continue;
+    cross(forward, along, right);
+    if (dot(right, right) > 1e-12)
+      break;
+  }
+  normalize(right);
+  cross(right, forward, up);
+  return true;
+}
+
+/* A corner of the box relative to a point, along the camera's axes. */
+static void corner(const zs_camera *camera, int i, const double from[3], double at[3])
+{
+  double offset[3];
+  for (int k = 0; k < 3; k++)
+    offset[k] = (i >> k & 1 ? camera->box_hi[k] : camera->box_lo[k]) - from[k];
+  for (int k = 0; k < 3; k++)
+    at[k] = dot(camera->frame.axes[k], offset);
+}
+
+/* Half the picture's width and height when its half height is 1. */
+static void half_sides(const zs_camera *camera, double half[2])
+{
+  half[0] = (double)camera->width / camera->height;
+  half[1] = 1;
+}
+
+/* Parallel rays about `middle`; returns the half height that shows the box. */
+static double frame_parallel(const zs_camera *camera, double middle[3], bool centred)
+{
+  double half[2], height = 0, lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY}, at[3];
+  half_sides(camera, half);
+  for (int i = 0; i < 8; i++) {
+    corner(camera, i, middle, at);
+    for (int k = 0; k < 2; k++) {
+      lo[k] = fmin(lo[k], at[k]);
+      hi[k] = fmax(hi[k], at[k]);
+    }
+  }
+  for (int k = 0; k < 2; k++) {
+    double shift = centred ? (lo[k] + hi[k]) / 2 : 0;
+    for (int j = 0; j < 3; j++)
+      middle[j] += shift * camera->frame.axes[k][j];
+    height = fmax(height, fmax(hi[k] - shift, shift - lo[k]) / half[k]);
+  }
+  return height / FILLED;
+}
+
+/* Put the eye where the box just fills the picture: `slope` is the tangent of
+ * half the vertical angle.  A corner (x, z) is seen when |x - a| <= t (z + d)
+ * with the eye at (a, -d); the extremes of x - t z and -x - t z decide. */
+static void frame_perspective(zs_camera *camera, const double middle[3], double slope)
+{
+  double half[2], distance = 0, shift[2], at[3];
+  half_sides(camera, half);
+  for (int k = 0; k < 2; k++) {
+    const double t = slope * half[k] * FILLED;
+    double upper = -INFINITY, lower = -INFINITY;
+    for (int i = 0; i < 8; i++) {
+      corner(camera, i, middle, at);
+      upper = fmax(upper, at[k] - t * at[2]);
+      lower = fmax(lower, -at[k] - t * at[2]);
+    }
+    shift[k] = (upper - lower) / 2;
+    distance = fmax(distance, (upper + lower) / (2 * t));
+  }
+  for (int j = 0; j < 3; j++)
+    camera->frame.origin[j] = middle[j] + shift[0] * camera->frame.axes[0][j] +
+                              shift[1] * camera->frame.axes[1][j] -
+                              distance * camera->frame.axes[2][j];
+}
+
+/* The depths of the box. */
+static void set_depths(zs_camera *camera)
+{
+  camera->near = INFINITY;
+  camera->far = -INFINITY;
+  for (int i = 0; i < 8; i++) {
+    double at[3];
+    corner(camera, i, camera->frame.origin, at);
+    camera->near = fmin(camera->near, at[2]);
+    camera->far = fmax(camera->far, at[2]);
+  }
+  if (camera->frame.perspective)
+    camera->near = fmax(camera->near, NEAREST * camera->far);
+}
+
+bool zs_camera_set(zs_camera *camera, const zs_view *view, const double lo[3], const double hi[3],
+                   uint32_t width, uint32_t height, zs_diag *diag)
+{
+  *camera = (zs_camera){.width = width, .height = height};
+  memcpy(camera->box_lo, lo, sizeof camera->box_lo);
+  memcpy(camera->box_hi, hi, sizeof camera->box_hi);
+  if (!(view->field_of_view >= 0 && view->field_of_view < 180))
+    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
+                   "the view's field of view is %g degrees; expected 0 to below 180",
+                   view->field_of_view);
+  if (!set_axes(camera, view, diag))
+    return false;
+  double middle[3], half_height;
+  for (int k = 0; k < 3; k++)
+    middle[k] = view->has_eye ? view->target[k] : (lo[k] + hi[k]) / 2;
+  camera->frame.perspective = view->field_of_view > 0;
+  if (camera->frame.perspective) {
+    half_height = tan(view->field_of_view * acos(-1) / 360);
+    if (view->has_eye)
+      memcpy(camera->frame.origin, view->eye, sizeof camera->frame.origin);
+    else
+      frame_perspective(camera, middle, half_height);
+  } else {
+    half_height = frame_parallel(camera, middle, !view->has_eye);
+    memcpy(camera->frame.origin, middle, sizeof middle);
+  }
+  camera->pixel = 2 * half_height / height;
+  camera->left = -camera->pixel * width / 2;
+  camera->top = half_height;
+  set_depths(camera);
+  return true;
+}
+
+/* ---- Rays --------------------------------------------------------------------------- */
+
+/* The ray through (u, v): start + w step. */
+static void ray(const zs_camera *camera, double u, double v, double start[3], double step[3])
+{
+  const zs_frame *frame = &camera->frame;
+  for (int k = 0; k < 3; k++) {
+    double across = u * frame->axes[0][k] + v * frame->axes[1][k];
+    start[k] = frame->origin[k] + (frame->perspective ? 0 : across);
+    step[k] = frame->axes[2][k] + (frame->perspective ? across : 0);
+  }
+}
+
+void zs_camera_point(const zs_camera *camera, double u, double v, double w, double point[3])
+{
+  double start[3], step[3];
+  ray(camera, u, v, start, step);
+  for (int k = 0; k < 3; k++)
+    point[k] = start[k] + w * step[k];
+}
+
+void zs_camera_direction(const zs_camera *camera, double u, double v, double direction[3])
+{
+  double start[3];
+  ray(camera, u, v, start, direction);
+  normalize(direction);
+}
+
+double zs_camera_footprint(const zs_camera *camera, double w)
+{
+  return camera->pixel * (camera->frame.perspective ? w : 1);
+}
+
+zs_ray_span zs_camera_span(const zs_camera *camera, double u, double v)
+{
+  double start[3], step[3], far = INFINITY;
+  double near = camera->frame.perspective ? NEAREST * camera->far : -INFINITY;
+  zs_ray_span span = {.axis = -1};
+  ray(camera, u, v, start, step);
+  for (int k = 0; k < 3; k++) {
+    if (step[k] == 0) {
+      if (start[k] < camera->box_lo[k] || start[k] > camera->box_hi[k])
+        far = -INFINITY;
+      continue;
+    }
+    double low = (camera->box_lo[k] - start[k]) / step[k];
+    double high = (camera->box_hi[k] - start[k]) / step[k];
+    if (fmin(low, high) >= near) {
+      near = fmin(low, high);
+      span.axis = k;
+      span.side = step[k] > 0 ? -1 : 1;
+    }
+    far = fmin(far, fmax(low, high));
+  }
+  span.near = (float)fmax(near, camera->near);
+  span.far = near < far ? (float)fmin(far, camera->far) : -INFINITY;
+  return span;
+}

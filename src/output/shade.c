@@ -1,0 +1,165 @@
+#include "output/shade.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Lights along the camera's axes (right, up, towards the eye). */
+static const float key_direction[3] = {-0.50f, 0.68f, 0.62f};
+static const float fill_direction[3] = {0.80f, 0.10f, 0.55f};
+
+static const zs_color key_light = {0.80f, 0.77f, 0.72f}, fill_light = {0.14f, 0.17f, 0.21f},
+                      sky_light = {0.30f, 0.32f, 0.35f}, ground_light = {0.13f, 0.12f, 0.11f};
+
+/* Surfaces are of pale clay, cuts of terracotta. */
+static const zs_color clay = {0.62f, 0.55f, 0.44f}, terracotta = {0.60f, 0.23f, 0.14f};
+
+static const zs_color backdrop_top = {0.86f, 0.90f, 0.94f}, backdrop_bottom = {0.52f, 0.57f, 0.63f};
+
+static const float GLOSS = 0.10f, GLOSS_EXPONENT = 40;
+
+/* How far surfaces darken each other, relative to the box's diagonal, and in
+ * pixels at most; and how much. */
+static const double REACH = 0.06;
+static const float WIDEST = 64, NARROWEST = 2, STRENGTH = 1.9f;
+
+/* Surfaces this little above the horizon (as a sine) do not darken. */
+static const float HORIZON = 0.08f;
+
+static float dot(const float a[3], const float b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void along_axes(const zs_camera *camera, const float direction[3], float out[3])
+{
+  const double(*axes)[3] = camera->frame.axes;
+  float length = sqrtf(dot(direction, direction));
+  for (int k = 0; k < 3; k++)
+    out[k] = ((float)axes[0][k] * direction[0] + (float)axes[1][k] * direction[1] -
+              (float)axes[2][k] * direction[2]) /
+             length;
+}
+
+zs_studio zs_studio_for(const zs_camera *camera)
+{
+  zs_studio studio;
+  along_axes(camera, key_direction, studio.key);
+  along_axes(camera, fill_direction, studio.fill);
+  return studio;
+}
+
+/* Light that wraps a little around the edge of what it lights. */
+static float wrapped(float cosine, float wrap)
+{
+  return fmaxf((cosine + wrap) / (1 + wrap), 0);
+}
+
+/* Blinn's highlight: the normal against the middle of light and eye. */
+static float highlight(const float normal[3], const float light[3], const double ray[3])
+{
+  float middle[3];
+  for (int k = 0; k < 3; k++)
+    middle[k] = light[k] - (float)ray[k];
+  float length = sqrtf(dot(middle, middle));
+  return length > 0 ? GLOSS * powf(fmaxf(dot(normal, middle) / length, 0), GLOSS_EXPONENT) : 0;
+}
+
+static zs_color product(zs_color a, zs_color b)
+{
+  return (zs_color){a.r * b.r, a.g * b.g, a.b * b.b};
+}
+
+zs_color zs_shade(const zs_studio *studio, const zs_camera *camera, const zs_hit *hit, double u,
+                  double v, float open)
+{
+  double ray[3];
+  zs_camera_direction(camera, u, v, ray);
+  zs_color light = zs_color_mix(ground_light, sky_light, 0.5f + 0.5f * hit->normal[2]);
+  light = zs_color_scale(light, open);
+  /* Crevices see less of the lamps too, though they are not as wide as the sky. */
+  const float direct = 0.4f + 0.6f * open;
+  float key = direct * wrapped(dot(hit->normal, studio->key), 0.15f);
+  float fill = direct * wrapped(dot(hit->normal, studio->fill), 0.3f);
+  light = zs_color_add(light, zs_color_scale(key_light, key));
+  light = zs_color_add(light, zs_color_scale(fill_light, fill));
+  zs_color color = product(hit->kind == ZS_HIT_CUT ? terracotta : clay, light);
+  return zs_color_add(color, zs_color_scale(key_light, open * highlight(hit->normal, studio->key, ray)));
+}
+
+zs_color zs_backdrop(float height)
+{
+  return zs_color_mix(backdrop_bottom, backdrop_top, height);
+}
+
+/* ---- Openness ------------------------------------------------------------------------ */
+
+/* Where a pixel's hit is, along the camera's axes from its origin. */
+static void place(const zs_camera *camera, uint32_t x, uint32_t y, float depth, float at[3])
+{
+  const float scale = camera->frame.perspective ? depth : 1;
+  at[0] = (float)(camera->left + (x + 0.5) * camera->pixel) * scale;
+  at[1] = (float)(camera->top - (y + 0.5) * camera->pixel) * scale;
+  at[2] = depth;
+}
+
+static float diagonal(const zs_camera *camera)
+{
+  double sum = 0;
+  for (int k = 0; k < 3; k++) {
+    double side = camera->box_hi[k] - camera->box_lo[k];
+    sum += side * side;
+  }
+  return (float)sqrt(sum);
+}
+
+/* How much of the sky the hit at pixel (x, y) takes from a place. */
+static float shadow(const zs_camera *camera, const zs_hit *hits, int64_t x, int64_t y,
+                    const float at[3], const float normal[3], float reach)
+{
+  if (x < 0 || y < 0 || x >= camera->width || y >= camera->height)
+    return 0;
+  const zs_hit *hit = &hits[(size_t)y * camera->width + (size_t)x];
+  if (hit->kind == ZS_HIT_NOTHING)
+    return 0;
+  float to[3];
+  place(camera, (uint32_t)x, (uint32_t)y, hit->depth, to);
+  for (int k = 0; k < 3; k++)
+    to[k] -= at[k];
+  float distance = sqrtf(dot(to, to));
+  float near = 1 - distance / reach;
+  if (!(distance > 0 && near > 0))
+    return 0;
+  return fmaxf(dot(to, normal) / distance - HORIZON, 0) * near * (2 - near);
+}
+
+float zs_openness(const zs_camera *camera, const zs_hit *hits, uint32_t x, uint32_t y)
+{
+  enum { DIRECTIONS = 12, RINGS = 4 };
+  static const float circle[DIRECTIONS][2] = {
+    {1, 0},      {0.866f, 0.5f},   {0.5f, 0.866f},   {0, 1},  {-0.5f, 0.866f}, {-0.866f, 0.5f},
+    {-1, 0},     {-0.866f, -0.5f}, {-0.5f, -0.866f}, {0, -1}, {0.5f, -0.866f}, {0.866f, -0.5f}};
+  const zs_hit *hit = &hits[(size_t)y * camera->width + x];
+  if (hit->kind == ZS_HIT_NOTHING)
+    return 1;
+  const float reach = (float)REACH * diagonal(camera);
+  float radius = reach / (float)zs_camera_footprint(camera, (double)hit->depth);
+  radius = fminf(radius, WIDEST);
+  if (!(radius >= NARROWEST))
+    return 1;
+  float at[3], normal[3];
+  place(camera, x, y, hit->depth, at);
+  for (int k = 0; k < 3; k++)
+    normal[k] = (float)(camera->frame.axes[k][0] * (double)hit->normal[0] +
+                        camera->frame.axes[k][1] * (double)hit->normal[1] +
+                        camera->frame.axes[k][2] * (double)hit->normal[2]);
+  float taken = 0;
+  for (int d = 0; d < DIRECTIONS; d++)
+    for (int ring = 0; ring < RINGS; ring++) {
+      /* Rings are closer together near the middle. */
+      float part = ((float)ring + 0.5f + (float)(d % 3) / 3 - 0.33f) / RINGS;
+      float far = radius * part * part;
+      taken += shadow(camera, hits, x + lrintf(far * circle[d][0]), y - lrintf(far * circle[d][1]),
+                      at, normal, reach);
+    }
+  return fmaxf(1 - STRENGTH * taken / (DIRECTIONS * RINGS), 0);
+}

@@ -1,0 +1,557 @@
+#include "output/trace.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+  MOST_LEAVES = 1024, /* in depth */
+  SAMPLES = 8,        /* of a ray in a leaf */
+  PEAK_STEPS = 10,
+  ROOT_STEPS = 40
+};
+
+/* Where a leaf is sampled: evenly, and once more near its ends to know how f
+ * begins and ends there. */
+static const float fractions[SAMPLES] = {0, 0.03f, 0.2f, 0.4f, 0.6f, 0.8f, 0.97f, 1};
+
+/* Depth of a leaf, and how well a surface is located, in pixels. */
+static const double LEAF_DEPTH = 8;
+static const float ROOT_TOLERANCE = 2e-3f;
+
+/* Slopes between samples may be this much too small for what lies between. */
+static const float SLOPE_SLACK = 1.5f;
+
+/* A ray that enters solid deeper than this, in pixels, has met a cut. */
+static const float CUT_DEPTH = 0.25f;
+
+/* ---- Tiles ------------------------------------------------------------------------- */
+
+void zs_tile_ray(const zs_tile *tile, const zs_camera *camera, uint32_t i, uint32_t j, double *u,
+                 double *v)
+{
+  const double step = camera->pixel / tile->rays_per_pixel;
+  *u = camera->left + (tile->x + i + 0.5) * step;
+  *v = camera->top - (tile->y + j + 0.5) * step;
+}
+
+/* Take stock of the rays of a column that go on. */
+static void update_column(zs_tile *tile, unsigned column)
+{
+  float near = INFINITY, far = -INFINITY;
+  tile->left[column] = 0;
+  for (unsigned r = 0; r < ZS_COLUMN_RAYS; r++) {
+    const zs_ray_span *span = &tile->spans[column][r];
+    if (span->near > span->far)
+      continue;
+    tile->left[column]++;
+    near = fminf(near, span->near);
+    far = fmaxf(far, span->far);
+  }
+  tile->near[column] = near;
+  tile->far[column] = far;
+}
+
+void zs_tile_begin(zs_tile *tile, const zs_camera *camera, uint32_t x, uint32_t y,
+                   uint32_t rays_per_pixel, const uint8_t *wanted)
+{
+  tile->x = x;
+  tile->y = y;
+  tile->rays_per_pixel = rays_per_pixel;
+  memset(tile->hits, 0, sizeof tile->hits);
+  for (uint32_t j = 0; j < ZS_TILE; j++)
+    for (uint32_t i = 0; i < ZS_TILE; i++) {
+      uint32_t column, r, px = (x + i) / rays_per_pixel, py = (y + j) / rays_per_pixel;
+      double u, v;
+      zs_tile_place(i, j, &column, &r);
+      zs_tile_ray(tile, camera, i, j, &u, &v);
+      bool skip = px >= camera->width || py >= camera->height ||
+                  (wanted && !wanted[(size_t)py * camera->width + px]);
+      tile->spans[column][r] = skip ? (zs_ray_span){.near = INFINITY, .far = -INFINITY}
+                                    : zs_camera_span(camera, u, v);
+    }
+  for (unsigned column = 0; column < ZS_COLUMNS * ZS_COLUMNS; column++)
+    update_column(tile, column);
+}
+
+/* ---- Leaves -------------------------------------------------------------------------- */
+
+/* The rays of a leaf that are not done, and what is known of each. */
+typedef struct leaf {
+  zs_tracer *tracer;
+  const zs_program *program;
+  zs_tile *tile;
+  unsigned column, count;
+  uint8_t ray[ZS_COLUMN_RAYS];  /* in the column */
+  float u[ZS_COLUMN_RAYS], v[ZS_COLUMN_RAYS];
+  float t[SAMPLES][ZS_COLUMN_RAYS], f[SAMPLES][ZS_COLUMN_RAYS]; /* depths and values */
+  uint8_t first[ZS_COLUMN_RAYS];    /* sample that is inside; SAMPLES if none */
+  /* f < 0 or unknown at lo, f >= 0 at hi: a surface is between; where `found`. */
+  bool found[ZS_COLUMN_RAYS];
+  float lo[ZS_COLUMN_RAYS], hi[ZS_COLUMN_RAYS], f_lo[ZS_COLUMN_RAYS], f_hi[ZS_COLUMN_RAYS];
+} leaf;
+
+/* Some rays of a leaf with a depth for each, to be evaluated together. */
+typedef struct batch {
+  unsigned count;
+  uint8_t index[ZS_COLUMN_RAYS]; /* in the leaf's arrays */
+  _Alignas(64) float u[ZS_BLOCK], v[ZS_BLOCK], w[ZS_BLOCK], f[ZS_BLOCK];
+} batch;
+
+static void evaluate(leaf *l, unsigned n, float *u, float *v, float *w, float *f)
+{
+  zs_program_values(l->tracer->eval, l->program, &l->tracer->camera->frame, n, u, v, w, f);
+  l->tracer->evaluations += n;
+}
+
+static void evaluate_batch(leaf *l, batch *b, const float depth[ZS_COLUMN_RAYS])
+{
+  for (unsigned k = 0; k < b->count; k++) {
+    b->u[k] = l->u[b->index[k]];
+    b->v[k] = l->v[b->index[k]];
+    b->w[k] = depth[k];
+  }
+  evaluate(l, b->count, b->u, b->v, b->w, b->f);
+}
+
+/* The rays that go on between depths a and b. */
+static void gather(leaf *l, float a, float b)
+{
+  l->count = 0;
+  for (unsigned r = 0; r < ZS_COLUMN_RAYS; r++) {
+    const zs_ray_span *span = &l->tile->spans[l->column][r];
+    if (span->near > span->far || span->near > b || span->far < a)
+      continue;
+    const unsigned i = l->count++;
+    double u, v;
+    zs_tile_ray(l->tile, l->tracer->camera, l->column % ZS_COLUMNS * ZS_COLUMN + r % ZS_COLUMN,
+                l->column / ZS_COLUMNS * ZS_COLUMN + r / ZS_COLUMN, &u, &v);
+    l->ray[i] = (uint8_t)r;
+    l->u[i] = (float)u;
+    l->v[i] = (float)v;
+    float lo = fmaxf(a, span->near), hi = fminf(b, span->far);
+    for (int s = 0; s < SAMPLES; s++)
+      l->t[s][i] = s == SAMPLES - 1 ? hi : lo + (hi - lo) * fractions[s];
+  }
+}
+
+/* Evaluate all samples, in blocks. */
+static void sample(leaf *l)
+{
+  _Alignas(64) float u[ZS_BLOCK], v[ZS_BLOCK], w[ZS_BLOCK], f[ZS_BLOCK];
+  const int together = (int)(ZS_BLOCK / l->count) < SAMPLES ? (int)(ZS_BLOCK / l->count) : SAMPLES;
+  for (int from = 0; from < SAMPLES; from += together) {
+    int to = from + together < SAMPLES ? from + together : SAMPLES;
+    unsigned n = 0;
+    for (int s = from; s < to; s++)
+      for (unsigned i = 0; i < l->count; i++, n++) {
+        u[n] = l->u[i];
+        v[n] = l->v[i];
+        w[n] = l->t[s][i];
+      }
+    evaluate(l, n, u, v, w, f);
+    n = 0;
+    for (int s = from; s < to; s++, n += l->count)
+      memcpy(l->f[s], f + n, l->count * sizeof *f);
+  }
+}
+
+/* Bracket the first sample that is inside. */
+static void bracket(leaf *l)
+{
+  for (unsigned i = 0; i < l->count; i++) {
+    uint8_t s = 0;
+    while (s < SAMPLES && !(l->f[s][i] >= 0))
+      s++;
+    l->first[i] = s;
+    l->found[i] = s < SAMPLES;
+    if (!l->found[i])
+      continue;
+    const uint8_t before = s ? s - 1 : 0;
+    l->lo[i] = l->t[before][i];
+    l->hi[i] = l->t[s][i];
+    l->f_lo[i] = l->f[before][i];
+    l->f_hi[i] = l->f[s][i];
+  }
+}
+
+/* Whether f may rise to 0 and fall again between samples s - 1 and s, going by
+ * the slopes on either side. */
+static bool suspicious(const leaf *l, unsigned i, int s)
+{
+  const float d = l->t[s][i] - l->t[s - 1][i];
+  const float rise =
+    SLOPE_SLACK * (l->f[s - 1][i] - l->f[s - 2][i]) / (l->t[s - 1][i] - l->t[s - 2][i]);
+  const float fall = SLOPE_SLACK * (l->f[s][i] - l->f[s + 1][i]) / (l->t[s + 1][i] - l->t[s][i]);
+  if (!(rise > 0 && fall > 0))
+    return false;
+  float at = (l->f[s][i] - l->f[s - 1][i] + fall * d) / (rise + fall);
+  at = fminf(fmaxf(at, 0), d);
+  return fminf(l->f[s - 1][i] + rise * at, l->f[s][i] + fall * (d - at)) >= 0;
+}
+
+/* A maximum of f along a ray, between lo and hi, with two points between. */
+typedef struct peak {
+  float lo, hi, at[2], f[2];
+  unsigned latest; /* which of the points is being evaluated */
+} peak;
+
+/* The next point of a golden-section search; the first two calls place both. */
+static float next_point(peak *p, int step)
+{
+  const float golden = 0.618034f;
+  if (step < 2) {
+    p->latest = (unsigned)step;
+  } else if (p->f[0] > p->f[1]) {
+    p->hi = p->at[1];
+    p->at[1] = p->at[0];
+    p->f[1] = p->f[0];
+    p->latest = 0;
+  } else {
+    p->lo = p->at[0];
+    p->at[0] = p->at[1];
+    p->f[0] = p->f[1];
+    p->latest = 1;
+  }
+  const float width = golden * (p->hi - p->lo);
+  p->at[p->latest] = p->latest ? p->lo + width : p->hi - width;
+  return p->at[p->latest];
+}
+
+/* Look for f >= 0 between samples s - 1 and s of a batch of rays, and bracket
+ * the surface where it is found. */
+static void search_peaks(leaf *l, batch *b, int s)
+{
+  peak peaks[ZS_COLUMN_RAYS];
+  float depth[ZS_COLUMN_RAYS];
+  for (unsigned k = 0; k < b->count; k++)
+    peaks[k] = (peak){.lo = l->t[s - 1][b->index[k]], .hi = l->t[s][b->index[k]]};
+  for (int step = 0; step < PEAK_STEPS && b->count; step++) {
+    for (unsigned k = 0; k < b->count; k++)
+      depth[k] = next_point(&peaks[k], step);
+    evaluate_batch(l, b, depth);
+    unsigned left = 0;
+    for (unsigned k = 0; k < b->count; k++) {
+      const unsigned i = b->index[k];
+      peak p = peaks[k];
+      p.f[p.latest] = b->f[k];
+      if (b->f[k] >= 0) {
+        l->found[i] = true;
+        l->first[i] = (uint8_t)s;
+        l->lo[i] = l->t[s - 1][i];
+        l->f_lo[i] = l->f[s - 1][i];
+        l->hi[i] = p.at[p.latest];
+        l->f_hi[i] = b->f[k];
+        continue;
+      }
+      b->index[left] = (uint8_t)i;
+      peaks[left++] = p;
+    }
+    b->count = left;
+  }
+}
+
+/* Thin solid between samples, in front of what they show. */
+static void look_closer(leaf *l)
+{
+  batch b;
+  for (int s = 2; s < SAMPLES - 1; s++) {
+    b.count = 0;
+    for (unsigned i = 0; i < l->count; i++)
+      if (s < l->first[i] && suspicious(l, i, s))
+        b.index[b.count++] = (uint8_t)i;
+    if (b.count)
+      search_peaks(l, &b, s);
+  }
+}
+
+/* A point between the ends of a bracket: where the chord meets zero, in every
+ * third step the middle. */
+static float root_guess(float lo, float hi, float f_lo, float f_hi, int step)
+{
+  const float middle = lo + (hi - lo) / 2;
+  const float chord = lo + (hi - lo) * (f_lo / (f_lo - f_hi));
+  return step % 3 != 2 && chord > lo && chord < hi ? chord : middle;
+}
+
+/* Close in on the surface in all brackets, by false position with the Illinois
+ * rule: an end that stays twice has its value halved. */
+static void close_in(leaf *l, float tolerance)
+{
+  batch b = {.count = 0};
+  float depth[ZS_COLUMN_RAYS];
+  int8_t stayed[ZS_COLUMN_RAYS] = {0}; /* the end that was kept last: -1 lo, 1 hi */
+  for (unsigned i = 0; i < l->count; i++)
+    if (l->found[i] && l->first[i] > 0)
+      b.index[b.count++] = (uint8_t)i;
+  for (int step = 0; step < ROOT_STEPS; step++) {
+    unsigned left = 0;
+    for (unsigned k = 0; k < b.count; k++) {
+      const unsigned i = b.index[k];
+      if (!(l->hi[i] - l->lo[i] > tolerance))
+        continue;
+      depth[left] = root_guess(l->lo[i], l->hi[i], l->f_lo[i], l->f_hi[i], step);
+      if (depth[left] > l->lo[i] && depth[left] < l->hi[i])
+        b.index[left++] = (uint8_t)i;
+    }
+    b.count = left;
+    if (!left)
+      return;
+    evaluate_batch(l, &b, depth);
+    for (unsigned k = 0; k < left; k++) {
+      const unsigned i = b.index[k];
+      const bool inside = b.f[k] >= 0;
+      *(inside ? &l->hi[i] : &l->lo[i]) = depth[k];
+      *(inside ? &l->f_hi[i] : &l->f_lo[i]) = b.f[k];
+      if (stayed[i] == (inside ? -1 : 1))
+        *(inside ? &l->f_lo[i] : &l->f_hi[i]) /= 2;
+      stayed[i] = inside ? -1 : 1;
+    }
+  }
+}
+
+/* The outward normal where a ray enters the box, or the eye's own plane. */
+static void cut_normal(const zs_camera *camera, const zs_ray_span *span, double u, double v,
+                       float normal[3])
+{
+  double direction[3];
+  zs_camera_direction(camera, u, v, direction);
+  for (int k = 0; k < 3; k++)
+    normal[k] = span->axis < 0    ? (float)-direction[k]
+                : span->axis == k ? (float)span->side
+                                  : 0;
+}
+
+/* Write down what one ray hits, given f and its gradient there. */
+static void settle(leaf *l, unsigned i, float f, const float gradient[3])
+{
+  const zs_camera *camera = l->tracer->camera;
+  zs_ray_span *span = &l->tile->spans[l->column][l->ray[i]];
+  zs_hit *hit = &l->tile->hits[l->column][l->ray[i]];
+  hit->kind = ZS_HIT_SURFACE;
+  hit->depth = l->hi[i];
+  float length = sqrtf(gradient[0] * gradient[0] + gradient[1] * gradient[1] +
+                       gradient[2] * gradient[2]);
+  bool known = length > 0 && length < INFINITY;
+  float deep = CUT_DEPTH * (float)zs_camera_footprint(camera, (double)hit->depth);
+  if (l->first[i] == 0 && hit->depth == span->near && !(known && f < deep * length))
+    hit->kind = ZS_HIT_CUT;
+  if (hit->kind == ZS_HIT_CUT || !known)
+    cut_normal(camera, span, (double)l->u[i], (double)l->v[i], hit->normal);
+  else
+    for (int k = 0; k < 3; k++)
+      hit->normal[k] = -gradient[k] / length;
+  *span = (zs_ray_span){.near = INFINITY, .far = -INFINITY};
+}
+
+/* Gradients at all hits, in axis-parallel coordinates about the first one. */
+static void settle_all(leaf *l)
+{
+  _Alignas(64) float at[3][ZS_BLOCK], gradient[4][ZS_BLOCK];
+  uint8_t index[ZS_COLUMN_RAYS];
+  unsigned n = 0;
+  double origin[3] = {0, 0, 0}, point[3];
+  for (unsigned i = 0; i < l->count; i++) {
+    if (!l->found[i])
+      continue;
+    zs_camera_point(l->tracer->camera, (double)l->u[i], (double)l->v[i], (double)l->hi[i], point);
+    if (n == 0)
+      memcpy(origin, point, sizeof origin);
+    for (int k = 0; k < 3; k++)
+      at[k][n] = (float)(point[k] - origin[k]);
+    index[n++] = (uint8_t)i;
+  }
+  if (!n)
+    return;
+  zs_frame frame = zs_frame_at(origin);
+  zs_program_gradients(l->tracer->eval, l->program, &frame, n, at[0], at[1], at[2], gradient[0]);
+  l->tracer->evaluations += n;
+  for (unsigned k = 0; k < n; k++) {
+    const float g[3] = {gradient[1][k], gradient[2][k], gradient[3][k]};
+    settle(l, index[k], gradient[0][k], g);
+  }
+  update_column(l->tile, l->column);
+}
+
+/* Trace the rays of a column between depths a and b. */
+static void trace_leaf(zs_tracer *tracer, const zs_program *program, zs_tile *tile,
+                       unsigned column, float a, float b)
+{
+  leaf l = {.tracer = tracer, .program = program, .tile = tile, .column = column};
+  gather(&l, a, b);
+  if (!l.count)
+    return;
+  sample(&l);
+  bracket(&l);
+  look_closer(&l);
+  const double footprint = zs_camera_footprint(tracer->camera, (double)b);
+  close_in(&l, ROOT_TOLERANCE * (float)(footprint / tile->rays_per_pixel));
+  settle_all(&l);
+}
+
+/* ---- The tree of boxes ------------------------------------------------------------------ */
+
+/* Columns and leaves lo <= i < hi of a tile. */
+typedef struct part {
+  uint32_t lo[3], hi[3];
+  const zs_program *program;
+} part;
+
+/* Into how many parts to split each side: depth first while boxes are long,
+ * then all sides, at most ZS_LANES in all. */
+static void choose_split(const part *p, uint32_t parts[3])
+{
+  uint32_t n[3];
+  for (int k = 0; k < 3; k++)
+    n[k] = p->hi[k] - p->lo[k];
+  const uint32_t across = n[0] > n[1] ? n[0] : n[1];
+  if (across == 1 || n[2] >= 4 * across) {
+    parts[0] = parts[1] = 1;
+    parts[2] = n[2] < ZS_LANES ? n[2] : ZS_LANES;
+    return;
+  }
+  const uint32_t sides = n[2] == 1 ? 4 : 2, depths = ZS_LANES / (sides * sides);
+  parts[0] = n[0] < sides ? n[0] : sides;
+  parts[1] = n[1] < sides ? n[1] : sides;
+  parts[2] = n[2] < depths ? n[2] : depths;
+}
+
+/* Split a part, the nearest first.  Returns the number of parts. */
+static unsigned split(const part *whole, part parts[ZS_LANES])
+{
+  uint32_t wanted[3], size[3], at[3];
+  unsigned count = 0;
+  choose_split(whole, wanted);
+  for (int k = 0; k < 3; k++)
+    size[k] = (whole->hi[k] - whole->lo[k] - 1) / wanted[k] + 1;
+  for (at[2] = whole->lo[2]; at[2] < whole->hi[2]; at[2] += size[2])
+    for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size[1])
+      for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size[0]) {
+        part *p = &parts[count++];
+        *p = (part){.program = whole->program};
+        for (int k = 0; k < 3; k++) {
+          p->lo[k] = at[k];
+          p->hi[k] = whole->hi[k] - at[k] < size[k] ? whole->hi[k] : at[k] + size[k];
+        }
+      }
+  return count;
+}
+
+/* Depth of the boundary before a leaf. */
+static float leaf_depth(const zs_tracer *tracer, uint32_t leaf)
+{
+  const zs_camera *camera = tracer->camera;
+  if (leaf == tracer->leaves)
+    return (float)camera->far;
+  return (float)(camera->near + (camera->far - camera->near) * leaf / tracer->leaves);
+}
+
+/* Whether any ray goes on inside a part. */
+static bool has_rays(const zs_tracer *tracer, const zs_tile *tile, const part *p)
+{
+  const float a = leaf_depth(tracer, p->lo[2]), b = leaf_depth(tracer, p->hi[2]);
+  for (uint32_t y = p->lo[1]; y < p->hi[1]; y++)
+    for (uint32_t x = p->lo[0]; x < p->hi[0]; x++) {
+      const unsigned column = y * ZS_COLUMNS + x;
+      if (tile->left[column] && tile->near[column] <= b && tile->far[column] >= a)
+        return true;
+    }
+  return false;
+}
+
+/* Boxes of parts in local coordinates; idle lanes repeat the last. */
+static void part_boxes(const zs_tracer *tracer, const zs_tile *tile, const part *parts,
+                       unsigned count, zs_boxes *boxes)
+{
+  const zs_camera *camera = tracer->camera;
+  const double step = camera->pixel / tile->rays_per_pixel;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    const part *p = &parts[l < count ? l : count - 1];
+    const double lo[3] = {camera->left + (tile->x + p->lo[0] * ZS_COLUMN) * step,
+                          camera->top - (tile->y + p->hi[1] * ZS_COLUMN) * step,
+                          (double)leaf_depth(tracer, p->lo[2])};
+    const double hi[3] = {camera->left + (tile->x + p->hi[0] * ZS_COLUMN) * step,
+                          camera->top - (tile->y + p->lo[1] * ZS_COLUMN) * step,
+                          (double)leaf_depth(tracer, p->hi[2])};
+    for (int k = 0; k < 3; k++) {
+      boxes->axis[k].lo[l] = nextafterf((float)lo[k], -INFINITY);
+      boxes->axis[k].hi[l] = nextafterf((float)hi[k], INFINITY);
+    }
+  }
+}
+
+/* Leave out parts that are proven empty or that no ray reaches; the others get
+ * their programs and move to the front.  Returns how many are left. */
+static unsigned prune(zs_tracer *tracer, const zs_tile *tile, part *parts, unsigned count)
+{
+  unsigned left = 0;
+  for (unsigned l = 0; l < count; l++)
+    if (has_rays(tracer, tile, &parts[l]))
+      parts[left++] = parts[l];
+  if (!left)
+    return 0;
+  const zs_program *program = parts[0].program;
+  zs_boxes boxes;
+  zs_bounds f;
+  part_boxes(tracer, tile, parts, left, &boxes);
+  zs_program_bounds(tracer->eval, program, &tracer->camera->frame, &boxes, &f);
+  unsigned lanes = 0;
+  for (unsigned l = 0; l < left; l++)
+    if (!(f.hi[l] < 0))
+      lanes |= 1u << l;
+  const zs_program *programs[ZS_LANES];
+  zs_program_restrict_lanes(tracer->eval, program, lanes, ZS_REQUEST_GRADIENT, &tracer->arena,
+                            programs);
+  count = left;
+  left = 0;
+  for (unsigned l = 0; l < count; l++) {
+    if (!(lanes >> l & 1))
+      continue;
+    parts[left] = parts[l];
+    parts[left++].program = programs[l];
+  }
+  return left;
+}
+
+static void trace_part(zs_tracer *tracer, zs_tile *tile, const part *whole)
+{
+  if (!has_rays(tracer, tile, whole))
+    return;
+  if (whole->hi[0] - whole->lo[0] == 1 && whole->hi[1] - whole->lo[1] == 1 &&
+      whole->hi[2] - whole->lo[2] == 1) {
+    trace_leaf(tracer, whole->program, tile, whole->lo[1] * ZS_COLUMNS + whole->lo[0],
+               leaf_depth(tracer, whole->lo[2]), leaf_depth(tracer, whole->hi[2]));
+    return;
+  }
+  part parts[ZS_LANES];
+  zs_arena_mark mark = zs_arena_mark_here(&tracer->arena);
+  unsigned count = split(whole, parts);
+  if (!tracer->brute)
+    count = prune(tracer, tile, parts, count);
+  for (unsigned l = 0; l < count; l++)
+    trace_part(tracer, tile, &parts[l]);
+  zs_arena_rewind(&tracer->arena, mark);
+}
+
+void zs_tracer_init(zs_tracer *tracer, const zs_camera *camera, zs_eval *eval, bool brute)
+{
+  *tracer = (zs_tracer){.camera = camera, .eval = eval, .brute = brute, .leaves = 1};
+  const double middle = (camera->near + camera->far) / 2;
+  const double leaves =
+    ceil((camera->far - camera->near) / (LEAF_DEPTH * zs_camera_footprint(camera, middle)));
+  if (leaves > 1)
+    tracer->leaves = leaves < MOST_LEAVES ? (uint32_t)leaves : MOST_LEAVES;
+}
+
+void zs_tracer_clear(zs_tracer *tracer)
+{
+  zs_arena_free(&tracer->arena);
+}
+
+void zs_tracer_run(zs_tracer *tracer, zs_tile *tile)
+{
+  if (!(tracer->camera->near < tracer->camera->far))
+    return;
+  const part whole = {.hi = {ZS_COLUMNS, ZS_COLUMNS, tracer->leaves},
+                      .program = zs_field_program(zs_eval_field(tracer->eval))};
+  trace_part(tracer, tile, &whole);
+}
