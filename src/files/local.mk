@@ -4,5 +4,7 @@ zs_sources += \
   src/files/image.h \
   src/files/number.c \
   src/files/number.h \
+  src/files/points.c \
+  src/files/points.h \
   src/files/volume.c \
   src/files/volume.h

@@ -1,1 +1,14 @@
 # This room adds to the lists that Makefile.am describes.
+zs_sources += \
+  src/rbf/constraints.c \
+  src/rbf/constraints.h \
+  src/rbf/dense.c \
+  src/rbf/dense.h \
+  src/rbf/fit.c \
+  src/rbf/fit.h \
+  src/rbf/kernel.c \
+  src/rbf/kernel.h \
+  src/rbf/sum.c \
+  src/rbf/sum.h
+
+zs_kernel_sources += src/rbf/sum.kernel.c

@@ -1,0 +1,39 @@
+/* Radial sums in space as an operation of programs: three coordinates in, f
+ * out.  Coordinates are those of the fit's unit box, where single precision is
+ * good to 1e-7 of it; weights of opposite signs nearly cancel, so everything is
+ * added up in double precision. */
+#ifndef ZS_RBF_SUM_H
+#define ZS_RBF_SUM_H
+
+#include "field/operation.h"
+#include "rbf/fit.h"
+
+/* One centre, as the loops read it. */
+typedef struct zs_rbf_centre {
+  double x, y, z, weight;
+} zs_rbf_centre;
+
+/* Data of the operations; immutable, shared by threads. */
+typedef struct zs_rbf_sum {
+  zs_rbf_kernel kernel;
+  size_t count;
+  const zs_rbf_centre *centres;
+  double polynomial[10]; /* 1 x y z xx xy xz yy yz zz */
+} zs_rbf_sum;
+
+/* Copy a three-dimensional fit; NULL when memory is out. */
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf);
+void zs_rbf_sum_free(void *sum);
+
+/* The operation for sums of a kernel. */
+const zs_operation *zs_rbf_sum_operation(zs_rbf_kernel kernel);
+
+typedef zs_kernels zs_rbf_sum_table[ZS_RBF_KERNEL_COUNT];
+#define ZS_DECLARE_RBF_SUM(isa) extern const zs_rbf_sum_table zs_rbf_sum_kernels_##isa;
+ZS_DECLARE_RBF_SUM(baseline)
+#if defined ZS_WITH_X86_KERNELS
+ZS_DECLARE_RBF_SUM(avx2)
+ZS_DECLARE_RBF_SUM(avx512)
+#endif
+
+#endif

@@ -1,0 +1,246 @@
+/* Block kernels of radial sums.  Compiled once per instruction set.
+ *
+ * A handful of points stays in registers while the centres of a tile, which
+ * fits the first-level cache, stream past. */
+#include "rbf/sum.h"
+
+#if defined __SSE2__
+#include <immintrin.h>
+#endif
+#include <math.h>
+#include <string.h>
+
+#if defined __GNUC__ && !defined __clang__
+/* Contraction is safe here: nothing is compared to the bit across instruction
+ * sets, and sums gain precision. */
+#pragma GCC optimize("fp-contract=fast")
+#endif
+
+#define ALWAYS __attribute__((always_inline))
+
+#if defined __AVX512F__
+enum { WIDTH = 8 };
+#elif defined __AVX__
+enum { WIDTH = 4 };
+#else
+enum { WIDTH = 2 };
+#endif
+enum {
+  VECTORS = 2, /* accumulators, to hide latencies */
+  POINTS = VECTORS * WIDTH,
+  TILE = 512 /* centres: 16 KB */
+};
+
+typedef double vector __attribute__((vector_size(WIDTH * sizeof(double))));
+typedef int64_t integers __attribute__((vector_size(WIDTH * sizeof(int64_t))));
+
+static inline vector root(vector a)
+{
+#if defined __AVX512F__
+  return (vector)_mm512_sqrt_pd((__m512d)a);
+#elif defined __AVX__
+  return (vector)_mm256_sqrt_pd((__m256d)a);
+#elif defined __SSE2__
+  return (vector)_mm_sqrt_pd((__m128d)a);
+#else
+  for (int i = 0; i < WIDTH; i++)
+    a[i] = sqrt(a[i]);
+  return a;
+#endif
+}
+
+/* Natural logarithm of positive normal numbers; finite at 0, where callers
+ * multiply by 0.  log m = 2 artanh ((m - 1) / (m + 1)) with m around 1. */
+static inline vector logarithm(vector a)
+{
+  const integers half_exponent = (integers){0} + INT64_C(0x3fe6a09e667f3bcd); /* sqrt(1/2) */
+  const integers magic = (integers){0} + INT64_C(0x4338000000000000);         /* 1.5 * 2^52 */
+  integers bits = (integers)a - half_exponent;
+  integers exponent = bits >> 52;
+  vector m = (vector)((integers)a - (exponent << 52));
+  vector e = (vector)(exponent + magic) - (vector)magic;
+  vector t = (m - 1) / (m + 1), q = t * t;
+  vector p = (vector){0} + 1.0 / 21;
+  p = p * q + 1.0 / 19;
+  p = p * q + 1.0 / 17;
+  p = p * q + 1.0 / 15;
+  p = p * q + 1.0 / 13;
+  p = p * q + 1.0 / 11;
+  p = p * q + 1.0 / 9;
+  p = p * q + 1.0 / 7;
+  p = p * q + 1.0 / 5;
+  p = p * q + 1.0 / 3;
+  return e * 0.69314718055994530942 + 2 * (t + t * q * p);
+}
+
+/* phi of s = r^2. */
+static inline ALWAYS vector phi(zs_rbf_kernel kernel, vector s)
+{
+  switch (kernel) {
+  case ZS_RBF_R:
+    return root(s);
+  case ZS_RBF_R3:
+    return s * root(s);
+  case ZS_RBF_R5:
+    return s * s * root(s);
+  case ZS_RBF_TPS2:
+    return 0.5 * s * logarithm(s);
+  default:
+    return 0.5 * s * s * logarithm(s);
+  }
+}
+
+/* phi and phi' / r.  Where r = 0 the latter is finite and its factor 0. */
+static inline ALWAYS vector phi_and_slope(zs_rbf_kernel kernel, vector s, vector *slope)
+{
+  switch (kernel) {
+  case ZS_RBF_R: {
+    const vector one = (vector){0} + 1;
+    vector r = root(s);
+    *slope = 1 / (vector)((integers)r | ((r == 0) & (integers)one));
+    return r;
+  }
+  case ZS_RBF_R3: {
+    vector r = root(s);
+    *slope = 3 * r;
+    return s * r;
+  }
+  case ZS_RBF_R5: {
+    vector r3 = s * root(s);
+    *slope = 5 * r3;
+    return s * r3;
+  }
+  case ZS_RBF_TPS2: {
+    vector l = logarithm(s);
+    *slope = l + 1;
+    return 0.5 * s * l;
+  }
+  default: {
+    vector l = logarithm(s);
+    *slope = s * (2 * l + 1);
+    return 0.5 * s * s * l;
+  }
+  }
+}
+
+/* A block's points and sums in double precision: row 0 of `sum` is f, the
+ * others are its derivatives. */
+typedef struct block {
+  _Alignas(64) double point[3][ZS_BLOCK];
+  _Alignas(64) double sum[4][ZS_BLOCK];
+} block;
+
+/* Convert the points and start the sums with the polynomial. */
+static inline ALWAYS void begin(block *b, const zs_block_arguments *a, bool gradient)
+{
+  const double *c = ((const zs_rbf_sum *)a->data)->polynomial;
+  for (int k = 0; k < 3; k++)
+    for (unsigned i = 0; i < a->n; i++)
+      b->point[k][i] = a->in[k][i];
+  for (unsigned i = 0; i < a->n; i++) {
+    double x = b->point[0][i], y = b->point[1][i], z = b->point[2][i];
+    b->sum[0][i] = c[0] + x * (c[1] + c[4] * x + c[5] * y + c[6] * z) +
+                   y * (c[2] + c[7] * y + c[8] * z) + z * (c[3] + c[9] * z);
+    if (gradient) {
+      b->sum[1][i] = c[1] + 2 * c[4] * x + c[5] * y + c[6] * z;
+      b->sum[2][i] = c[2] + c[5] * x + 2 * c[7] * y + c[8] * z;
+      b->sum[3][i] = c[3] + c[6] * x + c[8] * y + 2 * c[9] * z;
+    }
+  }
+}
+
+/* Add some centres to the sums of POINTS points. */
+static inline ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
+                              const zs_rbf_centre *centres, size_t count, bool gradient)
+{
+  vector point[3][VECTORS], sum[4][VECTORS];
+  const unsigned rows = gradient ? 4 : 1;
+  for (unsigned k = 0; k < 3; k++)
+    memcpy(point[k], &b->point[k][from], sizeof point[k]);
+  for (unsigned k = 0; k < rows; k++)
+    memcpy(sum[k], &b->sum[k][from], sizeof sum[k]);
+  for (size_t j = 0; j < count; j++) {
+    const zs_rbf_centre c = centres[j];
+    for (unsigned v = 0; v < VECTORS; v++) {
+      vector x = point[0][v] - c.x, y = point[1][v] - c.y, z = point[2][v] - c.z;
+      vector s = x * x + y * y + z * z;
+      if (!gradient) {
+        sum[0][v] += c.weight * phi(kernel, s);
+        continue;
+      }
+      vector slope;
+      sum[0][v] += c.weight * phi_and_slope(kernel, s, &slope);
+      slope *= c.weight;
+      sum[1][v] += slope * x;
+      sum[2][v] += slope * y;
+      sum[3][v] += slope * z;
+    }
+  }
+  for (unsigned k = 0; k < rows; k++)
+    memcpy(&b->sum[k][from], sum[k], sizeof sum[k]);
+}
+
+static inline ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_block_arguments *a,
+                                  bool gradient)
+{
+  const zs_rbf_sum *sum = a->data;
+  begin(b, a, gradient);
+  for (size_t tile = 0; tile < sum->count; tile += TILE) {
+    size_t count = sum->count - tile < TILE ? sum->count - tile : TILE;
+    for (unsigned i = 0; i < a->n; i += POINTS)
+      add(kernel, b, i, sum->centres + tile, count, gradient);
+  }
+}
+
+static inline ALWAYS void value(zs_rbf_kernel kernel, const zs_block_arguments *a)
+{
+  block b;
+  add_all(kernel, &b, a, false);
+  for (unsigned i = 0; i < a->n; i++)
+    a->out[i] = (float)b.sum[0][i];
+}
+
+/* The gradient by the frame's coordinates through the inputs' own. */
+static inline ALWAYS void gradient(zs_rbf_kernel kernel, const zs_block_arguments *a)
+{
+  block b;
+  add_all(kernel, &b, a, true);
+  for (unsigned k = 1; k < 4; k++) {
+    double row[ZS_BLOCK];
+    for (unsigned i = 0; i < a->n; i++)
+      row[i] = b.sum[1][i] * a->in[0][k * ZS_BLOCK + i] + b.sum[2][i] * a->in[1][k * ZS_BLOCK + i] +
+               b.sum[3][i] * a->in[2][k * ZS_BLOCK + i];
+    for (unsigned i = 0; i < a->n; i++)
+      a->out[k * ZS_BLOCK + i] = (float)row[i];
+  }
+  for (unsigned i = 0; i < a->n; i++)
+    a->out[i] = (float)b.sum[0][i];
+}
+
+/* Nothing is known of a sum over a box. */
+static void bounds(const zs_bounds_arguments *a)
+{
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    a->out->lo[l] = a->out->hi[l] = NAN;
+}
+
+#define DEFINE_KERNEL(KERNEL) \
+  static void KERNEL##_value(const zs_block_arguments *a) \
+  { \
+    value(ZS_RBF_##KERNEL, a); \
+  } \
+  static void KERNEL##_gradient(const zs_block_arguments *a) \
+  { \
+    gradient(ZS_RBF_##KERNEL, a); \
+  }
+DEFINE_KERNEL(R)
+DEFINE_KERNEL(R3)
+DEFINE_KERNEL(R5)
+DEFINE_KERNEL(TPS2)
+DEFINE_KERNEL(TPS4)
+
+#define KERNEL_ROW(KERNEL) [ZS_RBF_##KERNEL] = {KERNEL##_value, KERNEL##_gradient, bounds}
+
+const zs_rbf_sum_table ZS_KERNELS(zs_rbf_sum_kernels) = {
+  KERNEL_ROW(R), KERNEL_ROW(R3), KERNEL_ROW(R5), KERNEL_ROW(TPS2), KERNEL_ROW(TPS4),
+};
