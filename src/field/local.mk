@@ -1,4 +1,6 @@
 zs_sources += \
+  src/field/blend.c \
+  src/field/blend.h \
   src/field/box.c \
   src/field/compiler.c \
   src/field/compiler.h \
@@ -14,4 +16,6 @@ zs_sources += \
   src/field/scalar.h \
   src/field/walk.c
 
-zs_kernel_sources += src/field/scalar.kernel.c
+zs_kernel_sources += \
+  src/field/blend.kernel.c \
+  src/field/scalar.kernel.c

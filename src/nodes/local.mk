@@ -1,1 +1,33 @@
-# This room adds to the lists that Makefile.am describes.
+zs_sources += \
+  src/nodes/affine.c \
+  src/nodes/blend.c \
+  src/nodes/box.c \
+  src/nodes/capsule.c \
+  src/nodes/circle.c \
+  src/nodes/common.c \
+  src/nodes/common.h \
+  src/nodes/cone.c \
+  src/nodes/constant.c \
+  src/nodes/cylinder.c \
+  src/nodes/ellipsoid.c \
+  src/nodes/emit.c \
+  src/nodes/extrude.c \
+  src/nodes/formula.c \
+  src/nodes/half_space.c \
+  src/nodes/interpolate.c \
+  src/nodes/kind.h \
+  src/nodes/kinds.c \
+  src/nodes/map.c \
+  src/nodes/offset.c \
+  src/nodes/polygon.c \
+  src/nodes/rectangle.c \
+  src/nodes/revolve.c \
+  src/nodes/set.c \
+  src/nodes/shell.c \
+  src/nodes/slab.c \
+  src/nodes/smooth.c \
+  src/nodes/sphere.c \
+  src/nodes/taper.c \
+  src/nodes/torus.c \
+  src/nodes/twist.c \
+  src/nodes/variational.c

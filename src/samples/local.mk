@@ -1,1 +1,5 @@
-# This room adds to the lists that Makefile.am describes.
+zs_sources += \
+  src/samples/polygon.c \
+  src/samples/polygon.h
+
+zs_kernel_sources += src/samples/polygon.kernel.c

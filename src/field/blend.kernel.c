@@ -1,0 +1,468 @@
+/* Block, gradient and bounds kernels of the blends.  Compiled once per
+ * instruction set. */
+#include "field/blend.h"
+
+#include "field/interval.h"
+
+#include <math.h>
+
+#if defined ZS_HAVE_LIBMVEC && defined __GNUC__ && !defined __clang__
+/* glibc's vector variants, without asking for -ffast-math. */
+#define VECTOR __attribute__((simd("notinbranch"), const))
+VECTOR float expf(float);
+VECTOR float logf(float);
+#undef VECTOR
+#endif
+
+/* A unit in the last place, a little over 2^-23. */
+static const float UNIT = 1.2e-7f;
+
+/* The data in single precision, with what can be worked out once per block. */
+typedef struct numbers {
+  float side;    /* 1: union, -1: intersection */
+  float alpha, beta; /* R-functions: alpha, 1 - alpha^2 */
+  float scale;   /* R-functions: 1 / (1 + alpha) */
+  unsigned power; /* of a^2 + b^2 */
+  float a0, b1, b2; /* displacement; reciprocals of a1, a2 */
+  float k, factor; /* smooth: reach, and the profile's constant */
+} numbers;
+
+static numbers numbers_alpha(const zs_blend *p, double alpha)
+{
+  return (numbers){.side = (float)p->side,
+                   .alpha = (float)alpha,
+                   .beta = (float)(1 - alpha * alpha),
+                   .scale = (float)(1 / (1 + alpha))};
+}
+
+static numbers r_alpha_numbers(const void *data)
+{
+  const zs_blend *p = data;
+  return numbers_alpha(p, p->parameter[0]);
+}
+
+static numbers r_m_numbers(const void *data)
+{
+  const zs_blend *p = data;
+  numbers c = numbers_alpha(p, 0);
+  c.power = (unsigned)p->parameter[0] / 2;
+  return c;
+}
+
+static numbers r_displaced_numbers(const void *data)
+{
+  const zs_blend *p = data;
+  numbers c = numbers_alpha(p, 0);
+  c.a0 = (float)p->parameter[0];
+  c.b1 = (float)(1 / p->parameter[1]);
+  c.b2 = (float)(1 / p->parameter[2]);
+  return c;
+}
+
+static numbers smooth_numbers(const void *data, double factor)
+{
+  const zs_blend *p = data;
+  return (numbers){.side = (float)p->side, .k = (float)p->parameter[0], .factor = (float)factor};
+}
+
+/* ---- R-functions ---------------------------------------------------------- */
+
+static inline float conjunction(float a, float b, numbers c, float *da, float *db)
+{
+  /* In terms of the operand of larger magnitude and their ratio t nothing
+   * overflows and nothing cancels: the sign is exact. */
+  const int a_big = fabsf(a) > fabsf(b);
+  const float big = a_big ? a : b, small = a_big ? b : a;
+  const float size = fabsf(big);
+  const float t = size > 0 && size < INFINITY ? small / big : 0;
+  const float u = 1 - c.alpha * t, q = sqrtf(u * u + c.beta * t * t);
+  const float d = 1 + t + q;
+  const float sign = big < 0 ? -1.0f : 1.0f;
+  const float slope_big = c.scale * (1 - sign * u / q);
+  const float slope_small = c.scale * (1 - sign * (t - c.alpha) / q);
+  const int origin = size == 0;
+  *da = origin ? c.scale : a_big ? slope_big : slope_small;
+  *db = origin ? c.scale : a_big ? slope_small : slope_big;
+  return big > 0 ? 2 * small / d : big * d * c.scale;
+}
+
+static inline float r_alpha(float a, float b, numbers c, float *da, float *db)
+{
+  const float s = -c.side;
+  return s * conjunction(s * a, s * b, c, da, db);
+}
+
+/* x^n for n < 32, kept from vanishing and from overflowing so that the factor
+ * never takes the other factor's sign away. */
+static inline float small_power(float x, unsigned n)
+{
+  const float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
+  float p = n & 1 ? x : 1;
+  p *= n & 2 ? x2 : 1;
+  p *= n & 4 ? x4 : 1;
+  p *= n & 8 ? x8 : 1;
+  p *= n & 16 ? x16 : 1;
+  p = p > 1e-20f ? p : 1e-20f;
+  return p < 1e20f ? p : 1e20f;
+}
+
+static inline float r_m(float a, float b, numbers c, float *da, float *db)
+{
+  const float r = r_alpha(a, b, c, da, db), w = a * a + b * b;
+  const float p = small_power(w, c.power);
+  /* d w^n = 2 n w^(n-1) (a, b); at w = 0 the power is flat or the factor is 0. */
+  const float slope = w > 0 ? 2 * (float)c.power * (p / w) * r : 0;
+  *da = *da * p + slope * a;
+  *db = *db * p + slope * b;
+  return r * p;
+}
+
+static inline float r_displaced(float a, float b, numbers c, float *da, float *db)
+{
+  const float u = a * c.b1, v = b * c.b2;
+  const float shrink = 1 / (1 + u * u + v * v), rise = c.a0 * shrink;
+  const float r = r_alpha(a, b, c, da, db);
+  const float slope = shrink > 0 ? -2 * rise * shrink : 0;
+  *da += shrink > 0 ? slope * u * c.b1 : 0;
+  *db += shrink > 0 ? slope * v * c.b2 : 0;
+  return r + rise;
+}
+
+/* ---- Smooth maxima and minima ----------------------------------------------- */
+
+/* The larger operand plus `rise`, whose derivative by the distance of the
+ * operands is `slope`. */
+static inline float risen(float a, float b, numbers c, float rise, float slope, float *da,
+                          float *db)
+{
+  const int a_first = c.side > 0 ? a > b : a < b;
+  *da = a_first ? 1 + slope : -slope;
+  *db = a_first ? -slope : 1 + slope;
+  return (a_first ? a : b) + c.side * rise;
+}
+
+static numbers smooth_quadratic_numbers(const void *data)
+{
+  return smooth_numbers(data, 0.25 / ((const zs_blend *)data)->parameter[0]);
+}
+
+static inline float smooth_quadratic(float a, float b, numbers c, float *da, float *db)
+{
+  const float d = fabsf(a - b), h = d < c.k ? c.k - d : 0;
+  return risen(a, b, c, d < c.k ? h * h * c.factor : 0, d < c.k ? -2 * h * c.factor : 0, da, db);
+}
+
+static numbers smooth_cubic_numbers(const void *data)
+{
+  const double k = ((const zs_blend *)data)->parameter[0];
+  return smooth_numbers(data, 1 / k);
+}
+
+static inline float smooth_cubic(float a, float b, numbers c, float *da, float *db)
+{
+  const float d = fabsf(a - b), h = d < c.k ? c.k - d : 0, u = h * c.factor;
+  return risen(a, b, c, d < c.k ? h * u * u * (1 / 6.0f) : 0, d < c.k ? -0.5f * u * u : 0, da, db);
+}
+
+static numbers smooth_circular_numbers(const void *data)
+{
+  return smooth_numbers(data, 1 / ((const zs_blend *)data)->parameter[0]);
+}
+
+static inline float smooth_circular(float a, float b, numbers c, float *da, float *db)
+{
+  const float d = fabsf(a - b), t = d < c.k ? d * c.factor : 1;
+  const float root = sqrtf(2 - t * t);
+  return risen(a, b, c, d < c.k ? c.k * (1 - 0.5f * t - 0.5f * root) : 0,
+               d < c.k ? 0.5f * t / root - 0.5f : 0, da, db);
+}
+
+static numbers smooth_chamfer_numbers(const void *data)
+{
+  return smooth_numbers(data, 0.5);
+}
+
+static inline float smooth_chamfer(float a, float b, numbers c, float *da, float *db)
+{
+  const float d = fabsf(a - b);
+  return risen(a, b, c, d < c.k ? 0.5f * (c.k - d) : 0, d < c.k ? -0.5f : 0, da, db);
+}
+
+static numbers smooth_exponential_numbers(const void *data)
+{
+  /* k/4 log2(1 + 2^(-4 d / k)) = log(1 + exp(-d / factor)) factor */
+  return smooth_numbers(data, ((const zs_blend *)data)->parameter[0] / (4 * 0.69314718055994531));
+}
+
+static inline float smooth_exponential(float a, float b, numbers c, float *da, float *db)
+{
+  const float d = fabsf(a - b), e = expf(-d / c.factor), s = 1 + e;
+  const float rise = c.factor * logf(s);
+  return risen(a, b, c, d < INFINITY ? rise : 0, d < INFINITY ? -e / s : 0, da, db);
+}
+
+/* ---- Blocks ------------------------------------------------------------------- */
+
+#define BLEND_KERNELS(NAME) \
+  static void NAME##_value(const zs_block_arguments *x) \
+  { \
+    const numbers c = NAME##_numbers(x->data); \
+    const unsigned n = x->n; \
+    const float *in_a = x->in[0], *in_b = x->in[1]; \
+    float *out = x->out; \
+    _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+    { \
+      float da, db; \
+      out[i] = NAME(in_a[i], in_b[i], c, &da, &db); \
+    } \
+  } \
+  static void NAME##_gradient(const zs_block_arguments *x) \
+  { \
+    const numbers c = NAME##_numbers(x->data); \
+    const unsigned n = x->n; \
+    const float *in_a = x->in[0], *in_b = x->in[1]; \
+    float *out = x->out; \
+    _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+    { \
+      float da, db; \
+      const float v = NAME(in_a[i], in_b[i], c, &da, &db); \
+      const float gx = da * in_a[ZS_BLOCK + i] + db * in_b[ZS_BLOCK + i]; \
+      const float gy = da * in_a[2 * ZS_BLOCK + i] + db * in_b[2 * ZS_BLOCK + i]; \
+      const float gz = da * in_a[3 * ZS_BLOCK + i] + db * in_b[3 * ZS_BLOCK + i]; \
+      out[i] = v; \
+      out[ZS_BLOCK + i] = gx; \
+      out[2 * ZS_BLOCK + i] = gy; \
+      out[3 * ZS_BLOCK + i] = gz; \
+    } \
+  }
+BLEND_KERNELS(r_alpha)
+BLEND_KERNELS(r_m)
+BLEND_KERNELS(r_displaced)
+BLEND_KERNELS(smooth_quadratic)
+BLEND_KERNELS(smooth_cubic)
+BLEND_KERNELS(smooth_circular)
+BLEND_KERNELS(smooth_chamfer)
+BLEND_KERNELS(smooth_exponential)
+
+static void interpolation_value(const zs_block_arguments *x)
+{
+  const unsigned n = x->n;
+  const float *in_a = x->in[0], *in_b = x->in[1], *in_t = x->in[2];
+  float *out = x->out;
+#pragma omp simd
+  for (unsigned i = 0; i < n; i++) {
+    const float a = in_a[i], b = in_b[i], t = in_t[i];
+    const float mixed = (1 - t) * a + t * b;
+    out[i] = t <= 0 ? a : t >= 1 ? b : mixed;
+  }
+}
+
+static void interpolation_gradient(const zs_block_arguments *x)
+{
+  const unsigned n = x->n;
+  const float *in_a = x->in[0], *in_b = x->in[1], *in_t = x->in[2];
+  float *out = x->out;
+#pragma omp simd
+  for (unsigned i = 0; i < n; i++) {
+    const float a = in_a[i], b = in_b[i], t = in_t[i];
+    const int before = t <= 0, after = t >= 1;
+    const float da = before ? 1 : after ? 0 : 1 - t, db = before ? 0 : after ? 1 : t;
+    const float dt = before || after ? 0 : b - a;
+    const float mixed = (1 - t) * a + t * b;
+    float g[3];
+    for (unsigned k = 0; k < 3; k++) {
+      const unsigned row = (k + 1) * ZS_BLOCK + i;
+      g[k] = da * in_a[row] + db * in_b[row] + dt * in_t[row];
+    }
+    out[i] = before ? a : after ? b : mixed;
+    for (unsigned k = 0; k < 3; k++)
+      out[(k + 1) * ZS_BLOCK + i] = g[k];
+  }
+}
+
+/* ---- Bounds ------------------------------------------------------------------- */
+
+static inline zs_interval lane_of(const zs_bounds *bounds, unsigned lane)
+{
+  return (zs_interval){bounds->lo[lane], bounds->hi[lane]};
+}
+
+static inline void set_lane(zs_bounds *bounds, unsigned lane, zs_interval value)
+{
+  bounds->lo[lane] = value.lo;
+  bounds->hi[lane] = value.hi;
+}
+
+static inline bool known(zs_interval a)
+{
+  return a.lo <= a.hi;
+}
+
+/* An R-function grows with both operands. */
+static zs_interval r_alpha_interval(zs_interval a, zs_interval b, numbers c)
+{
+  float unused;
+  /* At opposite operands the steps' errors are divided by q = sqrt(2 + 2 alpha). */
+  const float ulps = 8 + 8 * sqrtf(c.scale);
+  return zs_interval_widened(r_alpha(a.lo, b.lo, c, &unused, &unused),
+                             r_alpha(a.hi, b.hi, c, &unused, &unused), ulps);
+}
+
+static void r_alpha_bounds(const zs_bounds_arguments *x)
+{
+  const numbers c = r_alpha_numbers(x->data);
+  unsigned sign_a = 0, sign_b = 0;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
+    bool both = known(a) && known(b);
+    /* An operand that never decides: negative in a union, positive in an
+     * intersection. */
+    bool a_idle = both && (c.side > 0 ? a.hi < 0 : a.lo > 0);
+    bool b_idle = both && (c.side > 0 ? b.hi < 0 : b.lo > 0);
+    sign_a |= (unsigned)b_idle << l;
+    sign_b |= (unsigned)a_idle << l;
+    set_lane(x->out, l, both ? r_alpha_interval(a, b, c) : zs_interval_unknown());
+  }
+  x->choice->sign[0] = (uint16_t)sign_a;
+  x->choice->sign[1] = (uint16_t)sign_b;
+}
+
+static void r_m_bounds(const zs_bounds_arguments *x)
+{
+  const numbers c = r_m_numbers(x->data);
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
+    if (!known(a) || !known(b)) {
+      set_lane(x->out, l, zs_interval_unknown());
+      continue;
+    }
+    zs_interval w = zs_interval_add(zs_interval_square(a), zs_interval_square(b));
+    zs_interval p = zs_interval_widened(small_power(w.lo, c.power), small_power(w.hi, c.power),
+                                        2 + 4 * (float)c.power);
+    /* The exact power may be less than the least that blocks use. */
+    if (p.lo < 1e-19f)
+      p.lo = 0;
+    set_lane(x->out, l, zs_interval_multiply(r_alpha_interval(a, b, c), p));
+  }
+}
+
+static void r_displaced_bounds(const zs_bounds_arguments *x)
+{
+  const numbers c = r_displaced_numbers(x->data);
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
+    if (!known(a) || !known(b)) {
+      set_lane(x->out, l, zs_interval_unknown());
+      continue;
+    }
+    zs_interval u = zs_interval_absolute(a), v = zs_interval_absolute(b);
+    const float near = 1 / (1 + u.lo * u.lo * c.b1 * c.b1 + v.lo * v.lo * c.b2 * c.b2);
+    const float far = 1 / (1 + u.hi * u.hi * c.b1 * c.b1 + v.hi * v.hi * c.b2 * c.b2);
+    zs_interval rise = zs_interval_hull4(c.a0 * near, c.a0 * far, c.a0 * near, c.a0 * far, 8);
+    zs_interval r = r_alpha_interval(a, b, c);
+    /* The sum's rounding error is relative to the larger term. */
+    const float slack = UNIT * (fabsf(c.a0) + (fabsf(r.lo) < INFINITY ? fabsf(r.lo) : 0) +
+                                (fabsf(r.hi) < INFINITY ? fabsf(r.hi) : 0));
+    zs_interval sum = zs_interval_add(r, rise);
+    set_lane(x->out, l, (zs_interval){sum.lo - slack, sum.hi + slack});
+  }
+}
+
+/* The smooth maxima and minima grow with both operands.  `reach`: the distance
+ * of the operands from which on the larger one is the result. */
+static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c, float reach,
+                                 float (*blend)(float, float, numbers, float *, float *))
+{
+  unsigned copy_a = 0, copy_b = 0, sign_a = 0, sign_b = 0;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
+    if (!known(a) || !known(b)) {
+      set_lane(x->out, l, zs_interval_unknown());
+      continue;
+    }
+    const bool a_first = c.side > 0 ? a.lo - b.hi >= reach : b.lo - a.hi >= reach;
+    const bool b_first = c.side > 0 ? b.lo - a.hi >= reach : a.lo - b.hi >= reach;
+    /* Where the other operand stays this far on its own side of zero it never
+     * decides; a little more than the reach, for the roundings. */
+    const float idle = reach * (1 + 1e-5f);
+    const bool a_idle = c.side > 0 ? a.hi < -idle : a.lo > idle;
+    const bool b_idle = c.side > 0 ? b.hi < -idle : b.lo > idle;
+    copy_a |= (unsigned)a_first << l;
+    copy_b |= (unsigned)b_first << l;
+    sign_a |= (unsigned)b_idle << l;
+    sign_b |= (unsigned)a_idle << l;
+    float unused, lo = blend(a.lo, b.lo, c, &unused, &unused);
+    float hi = blend(a.hi, b.hi, c, &unused, &unused);
+    /* The correction's error is relative to the reach. */
+    const float slack = 4 * UNIT * c.k;
+    zs_interval r = zs_interval_widened(lo - slack, hi + slack, 2);
+    set_lane(x->out, l, a_first ? a : b_first ? b : r);
+  }
+  if (reach < INFINITY) {
+    x->choice->copy[0] = (uint16_t)copy_a;
+    x->choice->copy[1] = (uint16_t)copy_b;
+    x->choice->sign[0] = (uint16_t)sign_a;
+    x->choice->sign[1] = (uint16_t)sign_b;
+  }
+}
+
+#define SMOOTH_BOUNDS(NAME) \
+  static void NAME##_bounds(const zs_bounds_arguments *x) \
+  { \
+    const numbers c = NAME##_numbers(x->data); \
+    smooth_bounds(x, c, c.k, NAME); \
+  }
+SMOOTH_BOUNDS(smooth_quadratic)
+SMOOTH_BOUNDS(smooth_cubic)
+SMOOTH_BOUNDS(smooth_circular)
+SMOOTH_BOUNDS(smooth_chamfer)
+
+static void smooth_exponential_bounds(const zs_bounds_arguments *x)
+{
+  smooth_bounds(x, smooth_exponential_numbers(x->data), INFINITY, smooth_exponential);
+}
+
+static inline float mixed(float a, float b, float t)
+{
+  return t <= 0 ? a : t >= 1 ? b : (1 - t) * a + t * b;
+}
+
+static void interpolation_bounds(const zs_bounds_arguments *x)
+{
+  unsigned copy_a = 0, copy_b = 0;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l), t = lane_of(x->in[2], l);
+    const bool before = t.hi <= 0, after = t.lo >= 1;
+    copy_a |= (unsigned)before << l;
+    copy_b |= (unsigned)after << l;
+    zs_interval r = zs_interval_unknown();
+    if (before) {
+      r = a;
+    } else if (after) {
+      r = b;
+    } else if (known(a) && known(b) && known(t)) {
+      const float lo[2] = {mixed(a.lo, b.lo, t.lo), mixed(a.lo, b.lo, t.hi)};
+      const float hi[2] = {mixed(a.hi, b.hi, t.lo), mixed(a.hi, b.hi, t.hi)};
+      const float slack =
+        2 * UNIT * (fmaxf(fabsf(a.lo), fabsf(a.hi)) + fmaxf(fabsf(b.lo), fabsf(b.hi)));
+      r = zs_interval_hull4(lo[0] - slack, lo[1] - slack, hi[0] + slack, hi[1] + slack, 2);
+    }
+    set_lane(x->out, l, r);
+  }
+  x->choice->copy[0] = (uint16_t)copy_a;
+  x->choice->copy[1] = (uint16_t)copy_b;
+}
+
+/* ---- Tables ------------------------------------------------------------------- */
+
+#define TABLE(NAME) \
+  const zs_kernels ZS_KERNELS(zs_##NAME##_kernels) = {NAME##_value, NAME##_gradient, NAME##_bounds};
+TABLE(r_alpha)
+TABLE(r_m)
+TABLE(r_displaced)
+TABLE(smooth_quadratic)
+TABLE(smooth_cubic)
+TABLE(smooth_circular)
+TABLE(smooth_chamfer)
+TABLE(smooth_exponential)
+TABLE(interpolation)

@@ -1,0 +1,124 @@
+#include "nodes/common.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *const zs_axis_names[] = {"x", "y", "z", NULL};
+
+/* Row i of the turned coordinates is coordinate (i + shift) mod 3. */
+static zs_coordinates permuted(const zs_coordinates *at, int shift)
+{
+  double matrix[12] = {0};
+  for (int i = 0; i < 3; i++)
+    matrix[4 * i + (i + shift) % 3] = 1;
+  return zs_coordinates_affine(at, matrix);
+}
+
+zs_coordinates zs_coordinates_along(const zs_coordinates *at, int axis)
+{
+  return permuted(at, (axis + 1) % 3);
+}
+
+zs_coordinates zs_coordinates_back(const zs_coordinates *at, int axis)
+{
+  return permuted(at, 2 - axis);
+}
+
+zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3])
+{
+  const double matrix[12] = {1, 0, 0, -origin[0], 0, 1, 0, -origin[1], 0, 0, 1, -origin[2]};
+  return zs_coordinates_affine(at, matrix);
+}
+
+bool zs_node_has(const zs_node *node, const char *attribute)
+{
+  const zs_kind *kind = node->kind;
+  for (size_t i = 0; i < kind->attribute_count; i++)
+    if (!strcmp(kind->attributes[i].name, attribute))
+      return node->given >> i & 1;
+  return false;
+}
+
+bool zs_node_fail(const zs_node *node, zs_diag *diag, const char *attribute, const char *format,
+                  ...)
+{
+  char message[256];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(message, sizeof message, format, arguments);
+  va_end(arguments);
+  zs_place place = attribute ? zs_node_place(node, attribute) : node->place;
+  return zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "%s", message);
+}
+
+bool zs_node_check_order(const zs_node *node, zs_diag *diag, const char *lower_name,
+                         const double *lower, const char *upper_name, const double *upper,
+                         int count)
+{
+  for (int i = 0; i < count; i++)
+    if (!(lower[i] < upper[i]))
+      return zs_node_fail(node, diag, upper_name, "%g is not greater than '%s', which is %g",
+                          upper[i], lower_name, lower[i]);
+  return true;
+}
+
+bool zs_node_check_direction(const zs_node *node, zs_diag *diag, const char *name,
+                             const double direction[3])
+{
+  if (direction[0] != 0 || direction[1] != 0 || direction[2] != 0)
+    return true;
+  return zs_node_fail(node, diag, name, "'0 0 0' has no direction; expected a vector that is not 0");
+}
+
+bool zs_node_check_span(const zs_node *node, zs_diag *diag, const char *single,
+                        const char *lower_name, const char *upper_name)
+{
+  bool has_single = zs_node_has(node, single);
+  bool has_lower = zs_node_has(node, lower_name), has_upper = zs_node_has(node, upper_name);
+  if (has_single && (has_lower || has_upper))
+    return zs_node_fail(node, diag, single, "'%s' cannot be combined with '%s' and '%s'", single,
+                        lower_name, upper_name);
+  if (has_lower != has_upper)
+    return zs_node_fail(node, diag, has_lower ? lower_name : upper_name,
+                        "'%s' is missing; '%s' and '%s' are given together",
+                        has_lower ? upper_name : lower_name, lower_name, upper_name);
+  if (!has_single && !has_lower)
+    return zs_node_fail(node, diag, NULL, "expected '%s', or '%s' and '%s'", single, lower_name,
+                        upper_name);
+  return true;
+}
+
+zs_value zs_children_fold(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at,
+                          zs_combine *combine)
+{
+  zs_value value = 0;
+  bool first = true;
+  for (size_t i = 0; i < node->child_count; i++) {
+    if (zs_node_is_part(node->children[i]))
+      continue;
+    zs_value child = zs_node_emit(compiler, node->children[i], at);
+    value = first ? child : combine(compiler, node, value, child);
+    first = false;
+  }
+  return value;
+}
+
+zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor)
+{
+  if (factor == 1)
+    return value;
+  return zs_emit(compiler, ZS_FUNCTION_MULTIPLY, value, zs_emit_constant(compiler, factor), 0);
+}
+
+zs_value zs_emit_extruded(zs_compiler *compiler, zs_value f, zs_value z_distance)
+{
+  zs_value zero = zs_emit_constant(compiler, 0), d = zs_emit_negated(compiler, f);
+  zs_value inner = zs_emit(compiler, ZS_FUNCTION_MAXIMUM, d, z_distance, 0);
+  zs_value outer = zs_emit(compiler, ZS_FUNCTION_HYPOT,
+                           zs_emit(compiler, ZS_FUNCTION_MAXIMUM, d, zero, 0),
+                           zs_emit(compiler, ZS_FUNCTION_MAXIMUM, z_distance, zero, 0), 0);
+  zs_value sum = zs_emit(compiler, ZS_FUNCTION_ADD,
+                         zs_emit(compiler, ZS_FUNCTION_MINIMUM, inner, zero, 0), outer, 0);
+  return zs_emit_negated(compiler, sum);
+}

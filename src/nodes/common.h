@@ -1,0 +1,72 @@
+/* What several node kinds share. */
+#ifndef ZS_NODES_COMMON_H
+#define ZS_NODES_COMMON_H
+
+#include "nodes/kind.h"
+
+/* ---- Axes ---------------------------------------------------------------- */
+
+/* "x", "y", "z": the choices of an attribute `axis`. */
+extern const char *const zs_axis_names[];
+
+#define ZS_AXIS(struct_, member, doc_) \
+  ZS_SELECT(struct_, member, "axis", "z", zs_axis_names, doc_)
+
+/* Coordinates turned (cyclically permuted) so that their z runs along `axis`. */
+zs_coordinates zs_coordinates_along(const zs_coordinates *at, int axis);
+/* The way back. */
+zs_coordinates zs_coordinates_back(const zs_coordinates *at, int axis);
+
+/* Coordinates whose origin is at `origin`. */
+zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3]);
+
+/* ---- Nodes --------------------------------------------------------------- */
+
+/* Whether an attribute was written. */
+bool zs_node_has(const zs_node *node, const char *attribute);
+
+/* True for a node, false for a part of its parent. */
+static inline bool zs_node_is_part(const zs_node *node)
+{
+  return node->kind->family == ZS_FAMILY_PART;
+}
+
+/* An error about an attribute; returns false. */
+bool zs_node_fail(const zs_node *node, zs_diag *diag, const char *attribute, const char *format,
+                  ...) __attribute__((format(printf, 4, 5)));
+
+/* Check `from` < `to` or min < max, component by component. */
+bool zs_node_check_order(const zs_node *node, zs_diag *diag, const char *lower_name,
+                         const double *lower, const char *upper_name, const double *upper,
+                         int count);
+
+/* Check that a direction is not 0 0 0. */
+bool zs_node_check_direction(const zs_node *node, zs_diag *diag, const char *name,
+                             const double direction[3]);
+
+/* Either one attribute or a pair must be written, and the pair only together:
+ * "height" or "min" and "max". */
+bool zs_node_check_span(const zs_node *node, zs_diag *diag, const char *single,
+                        const char *lower_name, const char *upper_name);
+
+/* ---- Values -------------------------------------------------------------- */
+
+/* Fold the child nodes from the left.  `first` is the value of the first child,
+ * `combine` joins the value so far and that of a later child. */
+typedef zs_value zs_combine(zs_compiler *compiler, const zs_node *node, zs_value a, zs_value b);
+zs_value zs_children_fold(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at,
+                          zs_combine *combine);
+
+static inline zs_value zs_emit_negated(zs_compiler *compiler, zs_value a)
+{
+  return zs_emit(compiler, ZS_FUNCTION_NEGATE, a, 0, 0);
+}
+
+/* value * factor, nothing for 1. */
+zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor);
+
+/* f cut by the slab lo <= z <= hi, in `at`'s coordinates, as an exact distance
+ * when `f` is one that does not depend on z. */
+zs_value zs_emit_extruded(zs_compiler *compiler, zs_value f, zs_value z_distance);
+
+#endif

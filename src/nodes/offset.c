@@ -1,0 +1,26 @@
+#include "nodes/kind.h"
+
+struct offset {
+  double by;
+};
+
+static const zs_attribute attributes[] = {
+  ZS_LENGTH(struct offset, by, "by", NULL, ZS_RANGE_ANY,
+            "how far the surface moves outward; negative values shrink the solid"),
+};
+
+const zs_kind zs_kind_offset = {
+  .name = "offset",
+  .family = ZS_FAMILY_FUNCTION_MAP,
+  .summary = "the child grown or shrunk",
+  .doc = "The surface moves by `by` where the child's f is the exact distance, and by about that "
+         "much where it is close to one.",
+  .source = "V. Savchenko, A. Pasko, Transformation of functionally defined shapes by extended "
+            "space mappings, 1998",
+  .trait = "distance bound of a distance bound",
+  .attributes = attributes,
+  .attribute_count = ZS_COUNT_OF(attributes),
+  .parameters_size = sizeof(struct offset),
+  .children = ZS_CHILDREN_ONE,
+  .formula = "f + by",
+};

@@ -1,0 +1,93 @@
+#include "nodes/common.h"
+
+#include "samples/polygon.h"
+
+#include <math.h>
+
+struct polygon {
+  zs_numbers points;
+};
+
+static const zs_attribute attributes[] = {
+  {.name = "points",
+   .type = ZS_NUMBERS,
+   .offset = offsetof(struct polygon, points),
+   .initial = NULL,
+   .unit = "length",
+   .doc = "x and y of every corner in order, either way round; the last is joined to the first"},
+};
+
+static bool check(const zs_node *node, zs_diag *diag)
+{
+  const zs_numbers *points = &((const struct polygon *)node->parameters)->points;
+  const double *v = points->values;
+  if (points->count % 2)
+    return zs_node_fail(node, diag, "points", "there are %zu numbers; expected an even number, x "
+                        "and y of every corner", points->count);
+  /* Three corners that are not on one line: the farthest from the first, and
+   * one off the line of these two. */
+  const size_t count = points->count / 2;
+  double dx = 0, dy = 0, off = 0;
+  for (size_t i = 1; i < count; i++) {
+    const double x = v[2 * i] - v[0], y = v[2 * i + 1] - v[1];
+    if (hypot(x, y) > hypot(dx, dy)) {
+      dx = x;
+      dy = y;
+    }
+  }
+  for (size_t i = 1; i < count; i++)
+    off = fmax(off, fabs(dx * (v[2 * i + 1] - v[1]) - dy * (v[2 * i] - v[0])));
+  if (!(off > 1e-14 * (dx * dx + dy * dy)))
+    return zs_node_fail(node, diag, "points",
+                        "the %zu corners enclose nothing; expected at least 3 that are not on one "
+                        "line", count);
+  return true;
+}
+
+/* About the middle of its box: single precision is best spent there. */
+static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const zs_numbers *points = &((const struct polygon *)node->parameters)->points;
+  const double *v = points->values;
+  const size_t count = points->count / 2;
+  double centre[3] = {0, 0, 0};
+  for (int k = 0; k < 2; k++) {
+    double lo = v[k], hi = v[k];
+    for (size_t i = 1; i < count; i++) {
+      lo = fmin(lo, v[2 * i + (size_t)k]);
+      hi = fmax(hi, v[2 * i + (size_t)k]);
+    }
+    centre[k] = lo + (hi - lo) / 2;
+  }
+  zs_arena *arena = zs_compiler_arena(compiler);
+  double *moved = ZS_ARENA_NEW(arena, double, points->count);
+  const zs_polygon *polygon = NULL;
+  if (moved) {
+    for (size_t i = 0; i < points->count; i++)
+      moved[i] = v[i] - centre[i % 2];
+    polygon = zs_polygon_new(arena, moved, count);
+  }
+  if (!polygon) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return 0;
+  }
+  zs_coordinates about = zs_coordinates_moved(at, centre);
+  return zs_emit_operation(compiler, &zs_polygon_operation, polygon,
+                           zs_emit_coordinate(compiler, &about, 0),
+                           zs_emit_coordinate(compiler, &about, 1), 0);
+}
+
+const zs_kind zs_kind_polygon = {
+  .name = "polygon",
+  .family = ZS_FAMILY_SHAPE,
+  .summary = "a polygon of any number of corners",
+  .doc = "f is the distance to the nearest edge, positive inside. Where edges cross, a point is "
+         "inside when a ray from it meets an odd number of them.",
+  .trait = "exact distance",
+  .attributes = attributes,
+  .attribute_count = ZS_COUNT_OF(attributes),
+  .parameters_size = sizeof(struct polygon),
+  .children = ZS_CHILDREN_NONE,
+  .check = check,
+  .emit = emit,
+};

@@ -1,0 +1,40 @@
+#include "nodes/common.h"
+
+struct revolve {
+  double offset;
+  int axis;
+};
+
+static const zs_attribute attributes[] = {
+  ZS_AXIS(struct revolve, axis, "axis of revolution"),
+  ZS_LENGTH(struct revolve, offset, "offset", "0", ZS_RANGE_ANY,
+            "distance of the shape's origin from the axis"),
+};
+
+/* The shape's x is the distance from the axis, its y runs along it. */
+static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct revolve *p = node->parameters;
+  zs_coordinates along = zs_coordinates_along(at, p->axis);
+  zs_value radius =
+    zs_emit(compiler, ZS_FUNCTION_HYPOT, zs_emit_coordinate(compiler, &along, 0),
+            zs_emit_coordinate(compiler, &along, 1), 0);
+  radius = zs_emit(compiler, ZS_FUNCTION_SUBTRACT, radius, zs_emit_constant(compiler, p->offset), 0);
+  zs_coordinates shape = zs_coordinates_from(radius, zs_emit_coordinate(compiler, &along, 2),
+                                             zs_emit_constant(compiler, 0));
+  return zs_children_emit(compiler, node, &shape);
+}
+
+const zs_kind zs_kind_revolve = {
+  .name = "revolve",
+  .family = ZS_FAMILY_SOLID_FROM_SHAPE,
+  .summary = "a shape turned about an axis",
+  .doc = "The shape's x becomes the distance from the axis, less `offset`, and its y runs along "
+         "the axis: f is the shape's f at (hypot(x, y) - offset, z).",
+  .trait = "exact distance if the shape's is one and the shape does not cross the axis",
+  .attributes = attributes,
+  .attribute_count = ZS_COUNT_OF(attributes),
+  .parameters_size = sizeof(struct revolve),
+  .children = ZS_CHILDREN_ONE,
+  .emit = emit,
+};

@@ -1,0 +1,331 @@
+#include "samples/polygon.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { LEAF = 8 };
+
+/* ---- The tree of boxes ------------------------------------------------------- */
+
+typedef struct builder {
+  zs_polygon_edge *edges;
+  zs_polygon_box *boxes;
+  uint32_t box_count;
+} builder;
+
+static double middle(const zs_polygon_edge *edge, int axis)
+{
+  return edge->a[axis] + edge->b[axis];
+}
+
+static void swap(zs_polygon_edge *a, zs_polygon_edge *b)
+{
+  zs_polygon_edge c = *a;
+  *a = *b;
+  *b = c;
+}
+
+/* Reorder so that no edge before `k` lies beyond one from `k` on (quickselect). */
+static void select_middle(zs_polygon_edge *edges, size_t count, size_t k, int axis)
+{
+  size_t lo = 0, hi = count - 1;
+  while (lo < hi) {
+    const double pivot = middle(&edges[lo + (hi - lo) / 2], axis);
+    size_t i = lo, j = hi;
+    for (;;) {
+      while (middle(&edges[i], axis) < pivot)
+        i++;
+      while (middle(&edges[j], axis) > pivot)
+        j--;
+      if (i >= j)
+        break;
+      swap(&edges[i++], &edges[j--]);
+    }
+    /* Now everything up to j is not beyond the pivot, everything after is not
+     * before it. */
+    if (k <= j)
+      hi = j;
+    else
+      lo = j + 1;
+  }
+}
+
+static zs_polygon_box box_of(const zs_polygon_edge *edges, uint32_t count)
+{
+  zs_polygon_box box = {.lo = {INFINITY, INFINITY}, .hi = {-INFINITY, -INFINITY}};
+  for (uint32_t i = 0; i < count; i++)
+    for (int k = 0; k < 2; k++) {
+      box.lo[k] = fmin(box.lo[k], fmin(edges[i].a[k], edges[i].b[k]));
+      box.hi[k] = fmax(box.hi[k], fmax(edges[i].a[k], edges[i].b[k]));
+    }
+  return box;
+}
+
+/* Depth is logarithmic: every split is in the middle. */
+static void build(builder *b, uint32_t first, uint32_t count)
+{
+  zs_polygon_box *box = &b->boxes[b->box_count++];
+  *box = box_of(b->edges + first, count);
+  if (count <= LEAF) {
+    box->first = first;
+    box->count = count;
+  } else {
+    int axis = box->hi[1] - box->lo[1] > box->hi[0] - box->lo[0];
+    select_middle(b->edges + first, count, count / 2, axis);
+    build(b, first, count / 2);
+    build(b, first + count / 2, count - count / 2);
+  }
+  box->skip = b->box_count;
+}
+
+/* A polygon without a reference, of edges that it takes over. */
+static zs_polygon *with_tree(zs_arena *arena, zs_polygon_edge *edges, uint32_t count)
+{
+  zs_polygon *polygon = ZS_ARENA_NEW(arena, zs_polygon, 1);
+  zs_polygon_box *boxes = ZS_ARENA_NEW(arena, zs_polygon_box, 2 * (size_t)count);
+  if (!polygon || !boxes)
+    return NULL;
+  builder b = {.edges = edges, .boxes = boxes};
+  build(&b, 0, count);
+  *polygon = (zs_polygon){
+    .edges = edges, .boxes = boxes, .edge_count = count, .box_count = b.box_count};
+  return polygon;
+}
+
+const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t count)
+{
+  if (count > UINT32_MAX / 4)
+    return NULL;
+  zs_polygon_edge *edges = ZS_ARENA_NEW(arena, zs_polygon_edge, count);
+  if (!edges)
+    return NULL;
+  uint32_t used = 0;
+  for (size_t i = 0; i < count; i++) {
+    const double *a = points + 2 * i, *b = points + 2 * ((i + 1) % count);
+    if (a[0] != b[0] || a[1] != b[1])
+      edges[used++] = (zs_polygon_edge){{a[0], a[1]}, {b[0], b[1]}};
+  }
+  zs_polygon *polygon = used ? with_tree(arena, edges, used) : NULL;
+  if (!polygon)
+    return NULL;
+  /* Well outside, and on no line that an author's polygon is likely to have. */
+  const zs_polygon_box *all = &polygon->boxes[0];
+  const double size = fmax(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
+  polygon->reference[0] = (float)(all->lo[0] - 0.618 * size);
+  polygon->reference[1] = (float)(all->lo[1] - 0.271 * size);
+  return polygon;
+}
+
+/* ---- Questions ------------------------------------------------------------------ */
+
+static double square(double x)
+{
+  return x * x;
+}
+
+static double cross(double ax, double ay, double bx, double by)
+{
+  return ax * by - ay * bx;
+}
+
+/* Squared distance of a point from a box, 0 inside. */
+static double box_distance2(const zs_polygon_box *box, const double p[2])
+{
+  double dx = fmax(fmax(box->lo[0] - p[0], p[0] - box->hi[0]), 0);
+  double dy = fmax(fmax(box->lo[1] - p[1], p[1] - box->hi[1]), 0);
+  return dx * dx + dy * dy;
+}
+
+static double edge_distance2(const zs_polygon_edge *edge, const double p[2])
+{
+  const double ex = edge->b[0] - edge->a[0], ey = edge->b[1] - edge->a[1];
+  const double px = p[0] - edge->a[0], py = p[1] - edge->a[1];
+  const double t = (px * ex + py * ey) / (ex * ex + ey * ey);
+  if (t <= 0)
+    return px * px + py * py;
+  if (t >= 1)
+    return square(p[0] - edge->b[0]) + square(p[1] - edge->b[1]);
+  return square(cross(ex, ey, px, py)) / (ex * ex + ey * ey);
+}
+
+static double leaf_distance2(const zs_polygon *polygon, const zs_polygon_box *leaf,
+                             const double p[2])
+{
+  double best = INFINITY;
+  for (uint32_t i = 0; i < leaf->count; i++)
+    best = fmin(best, edge_distance2(&polygon->edges[leaf->first + i], p));
+  return best;
+}
+
+/* The leaf that the nearer box leads to, level by level: its distance is a
+ * first guess that lets most of the tree be skipped. */
+static double first_guess2(const zs_polygon *polygon, const double p[2])
+{
+  uint32_t at = 0;
+  while (!polygon->boxes[at].count) {
+    const uint32_t left = at + 1, right = polygon->boxes[left].skip;
+    at = box_distance2(&polygon->boxes[left], p) <= box_distance2(&polygon->boxes[right], p)
+           ? left
+           : right;
+  }
+  return leaf_distance2(polygon, &polygon->boxes[at], p);
+}
+
+static double unsigned_distance(const zs_polygon *polygon, const double p[2])
+{
+  double best = first_guess2(polygon, p);
+  for (uint32_t at = 0; at < polygon->box_count;) {
+    const zs_polygon_box *box = &polygon->boxes[at];
+    if (box_distance2(box, p) >= best) {
+      at = box->skip;
+      continue;
+    }
+    if (box->count)
+      best = fmin(best, leaf_distance2(polygon, box, p));
+    at++;
+  }
+  return sqrt(best);
+}
+
+/* Whether the segment from r to r + d may meet a box. */
+static bool segment_meets(const zs_polygon_box *box, const double r[2], const double d[2])
+{
+  for (int k = 0; k < 2; k++) {
+    const double end = r[k] + d[k];
+    if (fmax(r[k], end) < box->lo[k] || fmin(r[k], end) > box->hi[k])
+      return false;
+  }
+  /* All corners strictly on one side of the line? */
+  const double c[2] = {(box->lo[0] + box->hi[0]) / 2 - r[0], (box->lo[1] + box->hi[1]) / 2 - r[1]};
+  const double h[2] = {(box->hi[0] - box->lo[0]) / 2, (box->hi[1] - box->lo[1]) / 2};
+  const double reach = fabs(d[0]) * h[1] + fabs(d[1]) * h[0];
+  const double slack = 1e-12 * (fabs(d[0] * c[1]) + fabs(d[1] * c[0]) + reach);
+  return fabs(cross(d[0], d[1], c[0], c[1])) <= reach + slack;
+}
+
+/* Whether an edge lies between r and r + d.  A vertex on the line counts to its
+ * left, and its two edges find the same, so that no crossing is lost or counted
+ * twice. */
+static bool crosses(const zs_polygon_edge *edge, const double r[2], const double d[2])
+{
+  const double ax = edge->a[0] - r[0], ay = edge->a[1] - r[1];
+  const double bx = edge->b[0] - r[0], by = edge->b[1] - r[1];
+  const bool a_left = cross(d[0], d[1], ax, ay) >= 0, b_left = cross(d[0], d[1], bx, by) >= 0;
+  if (a_left == b_left)
+    return false;
+  /* Of the reference, and of the end, relative to the edge. */
+  const double from = cross(ax, ay, bx, by);
+  const double to = from + cross(bx - ax, by - ay, d[0], d[1]);
+  return (from >= 0) != (to >= 0);
+}
+
+static bool is_inside(const zs_polygon *polygon, const double p[2])
+{
+  const double *r = polygon->reference, d[2] = {p[0] - r[0], p[1] - r[1]};
+  bool inside = polygon->inside;
+  for (uint32_t at = 0; at < polygon->box_count;) {
+    const zs_polygon_box *box = &polygon->boxes[at];
+    if (!segment_meets(box, r, d)) {
+      at = box->skip;
+      continue;
+    }
+    for (uint32_t i = 0; i < box->count; i++)
+      inside ^= crosses(&polygon->edges[box->first + i], r, d);
+    at++;
+  }
+  return inside;
+}
+
+double zs_polygon_distance(const zs_polygon *polygon, double x, double y)
+{
+  if (isnan(x) || isnan(y))
+    return NAN;
+  if (isinf(x) || isinf(y))
+    return -INFINITY;
+  const double p[2] = {x, y}, distance = unsigned_distance(polygon, p);
+  return is_inside(polygon, p) ? distance : -distance;
+}
+
+zs_polygon_view zs_polygon_look(const zs_polygon *polygon, const double lo[2], const double hi[2])
+{
+  /* The sign of a centre that lies on an edge would be a matter of rounding:
+   * of a few points take the first that is well clear, or the clearest. */
+  static const double spots[][2] = {{0.5, 0.5}, {0.31, 0.36}, {0.69, 0.64}, {0.34, 0.72}, {0.7, 0.27}};
+  const double size = hypot(hi[0] - lo[0], hi[1] - lo[1]);
+  zs_polygon_view view = {.reach = 0};
+  double clearest = -1;
+  for (size_t i = 0; i < sizeof spots / sizeof spots[0] && clearest < 0.01 * size; i++) {
+    double p[2];
+    for (int k = 0; k < 2; k++)
+      p[k] = (float)(lo[k] + spots[i][k] * (hi[k] - lo[k]));
+    const double distance = unsigned_distance(polygon, p);
+    if (distance > clearest) {
+      clearest = distance;
+      memcpy(view.centre, p, sizeof p);
+    }
+  }
+  /* A point of the box is at most `across` from the centre: its nearest edge is
+   * no farther than clearest + across from the point. */
+  const double *c = view.centre;
+  const double across = hypot(fmax(hi[0] - c[0], c[0] - lo[0]), fmax(hi[1] - c[1], c[1] - lo[1]));
+  view.reach = (clearest + 2 * across) * (1 + 1e-6);
+  view.inside = is_inside(polygon, view.centre);
+  return view;
+}
+
+/* ---- The operation ------------------------------------------------------------- */
+
+static double reference(const void *data, const double in[])
+{
+  return zs_polygon_distance(data, in[0], in[1]);
+}
+
+/* The edges that matter in a box, from where they are counted. */
+static const void *restricted(const void *data, const float lo[], const float hi[],
+                              zs_arena *arena)
+{
+  const zs_polygon *polygon = data;
+  const double from[2] = {lo[0], lo[1]}, to[2] = {hi[0], hi[1]};
+  if (!isfinite(from[0] + from[1] + to[0] + to[1]))
+    return polygon;
+  const zs_polygon_view view = zs_polygon_look(polygon, from, to);
+  const double reach2 = view.reach * view.reach;
+  const uint32_t limit = polygon->edge_count - polygon->edge_count / 4;
+  const zs_arena_mark mark = zs_arena_mark_here(arena);
+  zs_polygon_edge *edges = ZS_ARENA_NEW(arena, zs_polygon_edge, limit);
+  uint32_t used = 0;
+  for (uint32_t at = 0; edges && at < polygon->box_count;) {
+    const zs_polygon_box *box = &polygon->boxes[at];
+    if (box_distance2(box, view.centre) > reach2) {
+      at = box->skip;
+      continue;
+    }
+    for (uint32_t i = 0; i < box->count; i++) {
+      const zs_polygon_edge *edge = &polygon->edges[box->first + i];
+      if (edge_distance2(edge, view.centre) > reach2)
+        continue;
+      if (used == limit) {
+        zs_arena_rewind(arena, mark);
+        return polygon;
+      }
+      edges[used++] = *edge;
+    }
+    at++;
+  }
+  zs_polygon *part = edges && used ? with_tree(arena, edges, used) : NULL;
+  if (!part) {
+    zs_arena_rewind(arena, mark);
+    return polygon;
+  }
+  memcpy(part->reference, view.centre, sizeof part->reference);
+  part->inside = view.inside;
+  return part;
+}
+
+ZS_DEFINE_KERNEL_TABLE(zs_polygon_kernels)
+
+const zs_operation zs_polygon_operation = {.name = "polygon",
+                                           .arity = 2,
+                                           .kernels = zs_polygon_kernels_table,
+                                           .reference = reference,
+                                           .restricted = restricted};
