@@ -200,6 +200,11 @@ static bool gather(fitter *f)
     return zs_fail_memory(f->diag);
   }
   normalise(rbf, p->positions, p->count);
+  if (!isfinite(rbf->size)) {
+    free(repeated);
+    return zs_report(f->diag, ZS_ERROR, ZS_ERROR_GEOMETRY, f->place, NULL,
+                     "constraints are too far apart, or not finite");
+  }
   for (size_t i = 0; i < p->count; i++) {
     f->largest = fmax(f->largest, fabs(p->values[i]));
     for (unsigned k = 0; k < dimension; k++)

@@ -1,0 +1,174 @@
+/* Sums as operations: every instruction set against the definition. */
+#include "../random.h"
+
+#include "field/compiler.h"
+#include "field/program.h"
+#include "rbf/sum.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* Instruction sets that the machine has. */
+static unsigned machine_isas(void)
+{
+  const char *name = zs_isa();
+  return !strcmp(name, "avx512") ? 3 : !strcmp(name, "avx2") ? 2 : 1;
+}
+
+/* A sphere's constraints: on it, and beside it on both sides. */
+static zs_rbf *sphere_fit(zs_rbf_kernel kernel, size_t count, uint64_t seed)
+{
+  double *positions = malloc(9 * count * sizeof *positions), *values = malloc(3 * count * sizeof *values);
+  assert_non_null(positions);
+  assert_non_null(values);
+  for (size_t i = 0; i < count; i++) {
+    double p[3], length;
+    do {
+      for (int k = 0; k < 3; k++)
+        p[k] = random_between(&seed, -1, 1);
+      length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    } while (length < 0.1 || length > 1);
+    for (int side = 0; side < 3; side++) {
+      const double radius = 1 + 0.05 * (side - 1);
+      for (int k = 0; k < 3; k++)
+        positions[9 * i + 3 * (size_t)side + (size_t)k] = p[k] / length * radius;
+      values[3 * i + (size_t)side] = 1 - radius;
+    }
+  }
+  const zs_rbf_problem problem = {.dimension = 3, .kernel = kernel, .count = 3 * count,
+                                  .positions = positions, .values = values};
+  zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, NULL);
+  assert_non_null(rbf);
+  free(positions);
+  free(values);
+  return rbf;
+}
+
+typedef struct rows {
+  _Alignas(64) float row[4][ZS_BLOCK];
+} rows;
+
+/* Random points, with random derivatives by the frame's coordinates. */
+static void random_points(rows in[3], const zs_rbf_sum *sum, uint64_t *seed)
+{
+  for (int k = 0; k < 3; k++)
+    for (int i = 0; i < ZS_BLOCK; i++) {
+      in[k].row[0][i] = (float)random_between(seed, -0.6, 0.6);
+      for (int r = 1; r < 4; r++)
+        in[k].row[r][i] = (float)random_between(seed, -1, 1);
+    }
+  /* One point on a centre, where slopes are most likely to go wrong. */
+  const double centre[3] = {sum->centres[0].x, sum->centres[0].y, sum->centres[0].z};
+  for (int k = 0; k < 3; k++)
+    in[k].row[0][5] = (float)centre[k];
+}
+
+static double reference(const zs_rbf_sum *sum, const double in[3])
+{
+  return zs_rbf_sum_operation(sum->kernel)->reference(sum, in);
+}
+
+static void blocks_follow_the_definition(void **state)
+{
+  (void)state;
+  static rows in[3], value, gradient;
+  uint64_t seed = 12;
+  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
+    zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 190, 3);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+    assert_non_null(sum);
+    random_points(in, sum, &seed);
+    for (unsigned isa = 0; isa < machine_isas(); isa++) {
+      const zs_kernels *kernels = zs_rbf_sum_operation(sum->kernel)->kernels[isa];
+      for (unsigned n = 16; n <= ZS_BLOCK; n += 48) {
+        zs_block_arguments a = {.data = sum, .n = n,
+                                .in = {in[0].row[0], in[1].row[0], in[2].row[0]},
+                                .out = value.row[0]};
+        kernels->value(&a);
+        a.out = gradient.row[0];
+        kernels->gradient(&a);
+        for (unsigned i = 0; i < n; i++) {
+          const double x[3] = {(double)in[0].row[0][i], (double)in[1].row[0][i],
+                               (double)in[2].row[0][i]};
+          double f = reference(sum, x), slope[3];
+          assert_true(fabs((double)value.row[0][i] - f) < 1e-6 * (1 + fabs(f)));
+          assert_true(fabs((double)gradient.row[0][i] - f) < 1e-6 * (1 + fabs(f)));
+          for (int k = 0; k < 3; k++) {
+            const double h = 1e-6;
+            double p[3] = {x[0], x[1], x[2]}, q[3] = {x[0], x[1], x[2]};
+            p[k] += h;
+            q[k] -= h;
+            slope[k] = (reference(sum, p) - reference(sum, q)) / (2 * h);
+          }
+          for (int r = 1; r < 4; r++) {
+            double expected = 0, size = 1;
+            for (int k = 0; k < 3; k++) {
+              expected += slope[k] * (double)in[k].row[r][i];
+              size += fabs(slope[k]);
+            }
+            assert_true(fabs((double)gradient.row[r][i] - expected) < 3e-4 * size);
+          }
+        }
+      }
+    }
+    zs_rbf_sum_free(sum);
+    zs_rbf_free(rbf);
+  }
+}
+
+/* The output may be one of the inputs. */
+static void blocks_work_in_place(void **state)
+{
+  (void)state;
+  static rows in[3], copy[3], out;
+  uint64_t seed = 1;
+  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 60, 9);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+  random_points(in, sum, &seed);
+  const zs_kernels *kernels = zs_rbf_sum_operation(ZS_RBF_R3)->kernels[0];
+  for (int k = 0; k < 3; k++) {
+    memcpy(copy, in, sizeof copy);
+    zs_block_arguments a = {.data = sum, .n = ZS_BLOCK,
+                            .in = {copy[0].row[0], copy[1].row[0], copy[2].row[0]},
+                            .out = out.row[0]};
+    kernels->gradient(&a);
+    a.out = copy[k].row[0];
+    kernels->gradient(&a);
+    assert_memory_equal(out.row, copy[k].row, sizeof out.row);
+  }
+  zs_rbf_sum_free(sum);
+  zs_rbf_free(rbf);
+}
+
+static void sum_equals_fit(void **state)
+{
+  (void)state;
+  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 100, 5);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+  uint64_t seed = 4;
+  for (int i = 0; i < 100; i++) {
+    double x[3], u[3];
+    for (int k = 0; k < 3; k++) {
+      x[k] = random_between(&seed, -2, 2);
+      u[k] = (x[k] - rbf->centre[k]) / rbf->size;
+    }
+    assert_true(fabs(reference(sum, u) - zs_rbf_value(rbf, x)) < 1e-9);
+  }
+  zs_rbf_sum_free(sum);
+  zs_rbf_free(rbf);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(blocks_follow_the_definition),
+    cmocka_unit_test(blocks_work_in_place),
+    cmocka_unit_test(sum_equals_fit),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
