@@ -49,6 +49,8 @@ static zs_rbf *sphere_fit(zs_rbf_kernel kernel, size_t count, uint64_t seed)
   return rbf;
 }
 
+enum { ON_CENTRE = 5 }; /* the point of a block that lies on a centre */
+
 typedef struct rows {
   _Alignas(64) float row[4][ZS_BLOCK];
 } rows;
@@ -65,7 +67,7 @@ static void random_points(rows in[3], const zs_rbf_sum *sum, uint64_t *seed)
   /* One point on a centre, where slopes are most likely to go wrong. */
   const double centre[3] = {sum->centres[0].x, sum->centres[0].y, sum->centres[0].z};
   for (int k = 0; k < 3; k++)
-    in[k].row[0][5] = (float)centre[k];
+    in[k].row[0][ON_CENTRE] = (float)centre[k];
 }
 
 static double reference(const zs_rbf_sum *sum, const double in[3])
@@ -111,7 +113,11 @@ static void blocks_follow_the_definition(void **state)
               expected += slope[k] * (double)in[k].row[r][i];
               size += fabs(slope[k]);
             }
-            assert_true(fabs((double)gradient.row[r][i] - expected) < 3e-4 * size);
+            float found = gradient.row[r][i];
+            /* Sums of r have a kink at their centres. */
+            assert_true(kernel == ZS_RBF_R && i == ON_CENTRE
+                          ? isfinite(found)
+                          : fabs((double)found - expected) < 3e-4 * size);
           }
         }
       }
