@@ -215,14 +215,13 @@ static zs_color value_color(float f, float scale)
   return palette(f >= 0 ? inside : outside, t);
 }
 
-/* Difference of f along a row or column (`stride` apart), per pixel. */
+/* Difference of f along a row or column (`stride` apart), per pixel: the
+ * steeper side's, so that lines do not swell at kinks. */
 static float slope(const float *values, size_t at, size_t stride, bool before, bool after)
 {
-  float lower = before ? values[at] - values[at - stride] : NAN;
-  float upper = after ? values[at + stride] - values[at] : NAN;
-  if (isnan(lower))
-    return isnan(upper) ? 0 : upper;
-  return isnan(upper) ? lower : (lower + upper) / 2;
+  float lower = before ? fabsf(values[at] - values[at - stride]) : 0;
+  float upper = after ? fabsf(values[at + stride] - values[at]) : 0;
+  return fmaxf(lower, upper); /* of a number and NaN, the number */
 }
 
 /* How much of a pixel a line of some width covers whose middle is `distance`

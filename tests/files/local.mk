@@ -1,1 +1,6 @@
 # This room adds to the lists that Makefile.am describes.
+zs_tests += \
+  tests/files/test_image \
+  tests/files/test_volume
+tests_files_test_image_SOURCES = tests/files/test_image.c tests/files/scratch.h
+tests_files_test_volume_SOURCES = tests/files/test_volume.c tests/files/scratch.h
