@@ -25,4 +25,19 @@ bool zs_scene_expand(zs_scene *scene, const char *object, zs_arena *arena, zs_tr
 typedef struct zs_cache zs_cache;
 zs_cache *zs_scene_cache(zs_scene *scene);
 
+/* How the cache holds one type of data.  `ref` returns its argument. */
+typedef struct zs_cache_type {
+  void *(*ref)(void *data);
+  void (*unref)(void *data);
+} zs_cache_type;
+
+/* The data of that key and type with a new reference for the caller, or NULL.
+ * `cache` may be NULL: it is then empty and stays so.  One thread at a time. */
+void *zs_cache_find(zs_cache *cache, const uint64_t key[2], const zs_cache_type *type);
+
+/* Remember data, with a reference of the cache's own; the caller keeps his.
+ * Entries that several compilations in a row did not ask for are let go.  False
+ * when memory is out, and nothing is remembered. */
+bool zs_cache_add(zs_cache *cache, const uint64_t key[2], const zs_cache_type *type, void *data);
+
 #endif
