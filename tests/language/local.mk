@@ -1,0 +1,1 @@
+# This room adds to the lists that Makefile.am describes.
