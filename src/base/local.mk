@@ -8,4 +8,5 @@ zs_sources += \
   src/base/names.c \
   src/base/names.h \
   src/base/output.c \
-  src/base/output.h
+  src/base/output.h \
+  src/base/version.c
