@@ -1,1 +1,4 @@
-# See the lists in Makefile.am.
+# Generated from the tables of kinds: make regen.
+zs_schemas += \
+  schema/zeroset.rng \
+  schema/zeroset.xsd
