@@ -3,10 +3,19 @@ zs_sources += \
   src/output/camera.c \
   src/output/camera.h \
   src/output/color.h \
+  src/output/contour_table.c \
+  src/output/contour_table.h \
   src/output/grid.c \
   src/output/grid.h \
   src/output/job.c \
   src/output/job.h \
+  src/output/polygonize.c \
+  src/output/polygonize.h \
+  src/output/polygonize_cells.c \
+  src/output/polygonize_sample.c \
+  src/output/polygonize_vertices.c \
+  src/output/outline.c \
+  src/output/outline.h \
   src/output/render.c \
   src/output/shade.c \
   src/output/shade.h \

@@ -1,0 +1,145 @@
+/* Inside the polygonizer: shared by its files only.
+ *
+ * Samples sit at the corners of a lattice: the corners of the grid's cells,
+ * and one more plane of corners on every side.  Those outermost corners ("pads")
+ * lie at the same place as their neighbours on the grid's faces and count as
+ * outside, so that the cells between them close the surface with flat caps.
+ *
+ * The lattice is cut into bricks of 16 x 16 x 16 corners.  A brick owns its
+ * corners, the edges that start at them and the cells that start at them.  Every
+ * lattice edge whose ends have different signs carries one vertex, numbered by
+ * brick, row and axis; no stage needs a lock. */
+#ifndef ZS_POLYGONIZE_H
+#define ZS_POLYGONIZE_H
+
+#include "field/program.h"
+#include "mesh/mesh.h"
+#include "output/contour_table.h"
+
+enum {
+  ZS_BRICK = 16,                          /* corners of a brick per axis */
+  ZS_BRICK_ROWS = ZS_BRICK * ZS_BRICK,    /* rows along x: 16 z + y */
+  ZS_BRICK_CORNERS = ZS_BRICK_ROWS * ZS_BRICK,
+  ZS_REACH = ZS_BRICK + 1                 /* corners of its cells */
+};
+
+/* A corner that was moved away from the surface (see polygonize_sample.c). */
+typedef struct zs_moved {
+  uint16_t corner; /* 256 z + 16 y + x in its brick */
+  float offset[3]; /* from the lattice */
+} zs_moved;
+
+typedef struct zs_brick zs_brick;
+struct zs_brick {
+  uint32_t index[3];
+  uint16_t signs[ZS_BRICK_ROWS];       /* bit x: the corner is inside */
+  uint16_t crossing[3][ZS_BRICK_ROWS]; /* by axis: edges with a vertex of their own */
+  uint16_t first[ZS_BRICK_ROWS];       /* vertices of the rows before */
+  uint32_t vertex_count, triangle_count;
+  size_t first_vertex, first_triangle;
+  const zs_moved *moved;
+  uint32_t moved_count;
+  /* Values at the ends of the crossing edges that lie in the brick, inner end
+   * first, in order of row, axis and x; NULL when not known. */
+  const float (*ends)[2];
+  bool sampled; /* false: bounds know that all of it is inside */
+};
+
+/* One thread's working data. */
+typedef struct zs_polygonize_worker {
+  zs_arena arena; /* holds bricks and what they point to */
+  uint64_t evaluations;
+  bool out_of_memory;
+  void *scratch; /* of the stage at work */
+} zs_polygonize_worker;
+
+typedef struct zs_polygonize_job {
+  zs_field *field;
+  const zs_control *control;
+  zs_diag *diag;
+  bool cap, normals;
+  unsigned threads;
+  double tolerance;  /* of vertices, in scene units */
+  double apart;      /* least distance of a vertex from the ends of its edge */
+  double lo[3], cell[3];
+  uint32_t corners[3]; /* of the lattice, pads included */
+  uint32_t bricks[3];
+  /* By brick, x fastest.  `outside` and `inside` stand for all bricks that
+   * bounds decided. */
+  const zs_brick **table;
+  zs_brick outside, inside;
+  zs_brick **active; /* bricks that hold data of their own, in order of the table */
+  size_t active_count, vertex_count, triangle_count;
+  zs_polygonize_worker *workers;
+  zs_mesh *mesh;
+  uint64_t used_bytes; /* working memory besides the workers' arenas */
+} zs_polygonize_job;
+
+/* Number of the calling thread within a parallel loop. */
+unsigned zs_polygonize_thread(void);
+
+/* ---- The lattice ------------------------------------------------------------ */
+
+/* Lattice coordinate of a brick's corner. */
+static inline uint32_t zs_lattice_index(const zs_brick *brick, int axis, unsigned local)
+{
+  return brick->index[axis] * ZS_BRICK + local;
+}
+
+/* Scene coordinate of lattice plane i: pads coincide with the grid's faces. */
+static inline double zs_lattice_place(const zs_polygonize_job *job, int axis, uint32_t i)
+{
+  uint32_t last = job->corners[axis] - 2;
+  uint32_t at = i < 1 ? 1 : i > last ? last : i;
+  return job->lo[axis] + job->cell[axis] * (at - 1);
+}
+
+/* Whether plane i lies on a face of the grid, and whether it is a pad. */
+static inline bool zs_lattice_on_face(const zs_polygonize_job *job, int axis, uint32_t i)
+{
+  return i == 1 || i == job->corners[axis] - 2;
+}
+
+static inline bool zs_lattice_is_pad(const zs_polygonize_job *job, int axis, uint32_t i)
+{
+  return i == 0 || i >= job->corners[axis] - 1;
+}
+
+/* Bits of the corners of a row that are not pads. */
+uint16_t zs_lattice_row_mask(const zs_polygonize_job *job, const zs_brick *brick, unsigned row);
+
+/* Whether the edge that starts at plane i leads to or from a pad. */
+static inline bool zs_lattice_pad_edge(const zs_polygonize_job *job, int axis, uint32_t i)
+{
+  return i == 0 || i == job->corners[axis] - 2;
+}
+
+/* The brick at an index; beyond the lattice everything is outside. */
+const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t index[3]);
+
+/* The frame that all of a brick's evaluations use: its origin is the lattice
+ * place of corner 8, where it would be without pads. */
+zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick);
+
+/* ---- Stages ------------------------------------------------------------------- */
+
+/* Find the bricks that hold surface and sample them.  False after reporting. */
+bool zs_polygonize_sample(zs_polygonize_job *job);
+
+/* Signs of a brick's corners and those of its upper neighbours: bit x of
+ * rows[z][y]. */
+typedef uint32_t zs_brick_rows[ZS_REACH][ZS_REACH];
+void zs_brick_gather_signs(const zs_polygonize_job *job, const zs_brick *brick,
+                           zs_brick_rows rows);
+
+/* Find the edges with vertices and count the triangles. */
+void zs_polygonize_count(const zs_polygonize_job *job, const zs_contour_table *table,
+                         zs_brick *brick);
+
+/* Find vertices and normals.  False after reporting. */
+bool zs_polygonize_vertices(zs_polygonize_job *job);
+
+/* Write the triangles.  False after reporting. */
+bool zs_polygonize_triangles(zs_polygonize_job *job, const zs_contour_table *table);
+
+#endif

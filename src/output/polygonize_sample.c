@@ -1,0 +1,533 @@
+/* The polygonizer's first stage: which bricks hold surface, and their samples. */
+#include "output/polygonize.h"
+
+#include "base/diagnostic.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Corners closer to the surface than this part of a cell are moved away along
+ * the gradient, to this distance: no triangle gets very small, and the cells
+ * stay convex enough never to overlap. */
+static const float REPULSION = 0.1f;
+
+/* A slope measured from neighbouring samples may be this much too small. */
+static const float SLOPE_MARGIN = 2;
+
+/* Local planes of a brick that are not pads: lo <= i < hi. */
+typedef struct range {
+  unsigned lo[3], hi[3];
+} range;
+
+typedef struct sampler {
+  _Alignas(64) float f[ZS_BRICK_CORNERS];
+  _Alignas(64) float at[3][ZS_BLOCK];
+  _Alignas(64) float result[4][ZS_BLOCK]; /* f and its gradient */
+  uint16_t corner[ZS_BLOCK];              /* candidates for a move */
+  unsigned candidates;
+  zs_moved moved[ZS_BRICK_CORNERS];
+  uint32_t moved_count;
+} sampler;
+
+/* What one brick is sampled with. */
+typedef struct sampling {
+  const zs_polygonize_job *job;
+  zs_polygonize_worker *worker;
+  zs_brick *brick;
+  range real;
+  zs_eval *eval;
+  const zs_program *program;
+  zs_frame frame;
+} sampling;
+
+static size_t table_place(const zs_polygonize_job *job, const uint32_t index[3])
+{
+  return ((size_t)index[2] * job->bricks[1] + index[1]) * job->bricks[0] + index[0];
+}
+
+const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t index[3])
+{
+  for (int k = 0; k < 3; k++)
+    if (index[k] >= job->bricks[k])
+      return &job->outside;
+  return job->table[table_place(job, index)];
+}
+
+/* False when all of the brick's corners are pads. */
+static bool real_range(const zs_polygonize_job *job, const uint32_t index[3], range *real)
+{
+  for (int k = 0; k < 3; k++) {
+    uint32_t first = index[k] * ZS_BRICK, end = job->corners[k] - 1;
+    real->lo[k] = first == 0;
+    real->hi[k] = end <= first ? 0 : end - first < ZS_BRICK ? end - first : ZS_BRICK;
+    if (real->lo[k] >= real->hi[k])
+      return false;
+  }
+  return true;
+}
+
+uint16_t zs_lattice_row_mask(const zs_polygonize_job *job, const zs_brick *brick, unsigned row)
+{
+  range real;
+  unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
+  if (!real_range(job, brick->index, &real) || y < real.lo[1] || y >= real.hi[1] ||
+      z < real.lo[2] || z >= real.hi[2])
+    return 0;
+  return (uint16_t)(((1u << real.hi[0]) - 1) & ~((1u << real.lo[0]) - 1));
+}
+
+zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick)
+{
+  double origin[3];
+  for (int k = 0; k < 3; k++)
+    origin[k] = job->lo[k] + job->cell[k] * ((double)brick->index[k] * ZS_BRICK + ZS_BRICK / 2 - 1);
+  return zs_frame_at(origin);
+}
+
+/* Coordinate of a local plane in the brick's frame. */
+static float local(const zs_polygonize_job *job, int axis, unsigned i)
+{
+  return (float)(job->cell[axis] * ((double)i - ZS_BRICK / 2));
+}
+
+/* ---- Samples -------------------------------------------------------------------- */
+
+/* One layer of corners, pads left out. */
+static void sample_layer(const sampling *s, unsigned z)
+{
+  sampler *w = s->worker->scratch;
+  const range *real = &s->real;
+  unsigned n = 0;
+  for (unsigned y = real->lo[1]; y < real->hi[1]; y++)
+    for (unsigned x = real->lo[0]; x < real->hi[0]; x++, n++) {
+      w->at[0][n] = local(s->job, 0, x);
+      w->at[1][n] = local(s->job, 1, y);
+      w->at[2][n] = local(s->job, 2, z);
+    }
+  zs_program_values(s->eval, s->program, &s->frame, n, w->at[0], w->at[1], w->at[2],
+                    w->result[0]);
+  s->worker->evaluations += n;
+  const float *f = w->result[0];
+  for (unsigned y = real->lo[1]; y < real->hi[1]; y++) {
+    unsigned row = z * ZS_BRICK + y, signs = 0;
+    for (unsigned x = real->lo[0]; x < real->hi[0]; x++, f++) {
+      w->f[row * ZS_BRICK + x] = *f;
+      signs |= (unsigned)(*f >= 0) << x;
+    }
+    s->brick->signs[row] = (uint16_t)signs;
+  }
+}
+
+/* ---- Corner repulsion -------------------------------------------------------------
+ *
+ * Where the surface passes close to a corner of the lattice, the edges that
+ * meet there are cut close to it, and the triangles between the cuts are
+ * slivers.  Moving the corner away along the gradient before the edges are cut
+ * changes no sign, hence no connection.  (After C. Dietrich et al., "Edge
+ * transformations for improving mesh quality of marching cubes", 2009, which
+ * calls it the gradient transformation.) */
+
+static bool inside(float f)
+{
+  return f >= 0;
+}
+
+/* Whether a corner may be close enough to the surface to be moved, as far as
+ * the brick's samples tell; corners at the brick's sides may have a sign change
+ * that it does not know of. */
+static bool is_candidate(const sampling *s, const unsigned at[3])
+{
+  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
+  const sampler *w = s->worker->scratch;
+  const unsigned corner = at[0] + stride[1] * at[1] + stride[2] * at[2];
+  const float f = w->f[corner];
+  bool change = false;
+  float square = 0, shortest = INFINITY;
+  for (int k = 0; k < 3; k++) {
+    float cell = (float)s->job->cell[k], steepest = 0;
+    shortest = fminf(shortest, cell);
+    change = change || at[k] == 0 || at[k] == ZS_BRICK - 1;
+    if (at[k] > s->real.lo[k]) {
+      float below = w->f[corner - stride[k]];
+      steepest = fabsf(below - f);
+      change = change || inside(below) != inside(f);
+    }
+    if (at[k] + 1 < s->real.hi[k]) {
+      float above = w->f[corner + stride[k]];
+      steepest = fmaxf(steepest, fabsf(above - f));
+      change = change || inside(above) != inside(f);
+    }
+    square += steepest / cell * (steepest / cell);
+  }
+  return change && fabsf(f) < SLOPE_MARGIN * REPULSION * shortest * sqrtf(square);
+}
+
+static void corner_place(const sampling *s, unsigned corner, float place[3])
+{
+  place[0] = local(s->job, 0, corner % ZS_BRICK);
+  place[1] = local(s->job, 1, corner / ZS_BRICK % ZS_BRICK);
+  place[2] = local(s->job, 2, corner / ZS_BRICK_ROWS);
+}
+
+static void fill_places(const sampling *s)
+{
+  sampler *w = s->worker->scratch;
+  for (unsigned i = 0; i < w->candidates; i++) {
+    float place[3];
+    corner_place(s, w->corner[i], place);
+    for (int k = 0; k < 3; k++)
+      w->at[k][i] = place[k];
+  }
+}
+
+/* Corners on a brick's lower sides stay in them: the programs of the bricks on
+ * both sides have to reach them. */
+static bool on_lower_side(unsigned corner, int axis)
+{
+  return (corner >> 4 * axis & (ZS_BRICK - 1)) == 0;
+}
+
+/* From gradients to moves: candidates that are close get their offset, the
+ * others leave the list. */
+static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
+{
+  sampler *w = s->worker->scratch;
+  const double *cell = s->job->cell;
+  const float reach = REPULSION * (float)fmin(cell[0], fmin(cell[1], cell[2]));
+  unsigned kept = 0;
+  for (unsigned i = 0; i < w->candidates; i++) {
+    float g[3] = {w->result[1][i], w->result[2][i], w->result[3][i]};
+    float slope = hypotf(hypotf(g[0], g[1]), g[2]);
+    float distance = fabsf(w->f[w->corner[i]]) / slope;
+    if (!(distance < reach) || !isfinite(slope))
+      continue;
+    float step = (reach - distance) / slope;
+    if (!inside(w->f[w->corner[i]]))
+      step = -step;
+    for (int k = 0; k < 3; k++)
+      offset[k][kept] = on_lower_side(w->corner[i], k) ? 0 : step * g[k];
+    w->corner[kept++] = w->corner[i];
+  }
+  w->candidates = kept;
+}
+
+/* Try the moves: they count where the field agrees that they lead away. */
+static void move_candidates(const sampling *s)
+{
+  sampler *w = s->worker->scratch;
+  float offset[3][ZS_BLOCK];
+  if (!w->candidates)
+    return;
+  fill_places(s);
+  zs_program_gradients(s->eval, s->program, &s->frame, w->candidates, w->at[0], w->at[1], w->at[2],
+                       w->result[0]);
+  s->worker->evaluations += w->candidates;
+  choose_moves(s, offset);
+  fill_places(s);
+  for (int k = 0; k < 3; k++)
+    for (unsigned i = 0; i < w->candidates; i++)
+      w->at[k][i] += offset[k][i];
+  zs_program_values(s->eval, s->program, &s->frame, w->candidates, w->at[0], w->at[1], w->at[2],
+                    w->result[0]);
+  s->worker->evaluations += w->candidates;
+  for (unsigned i = 0; i < w->candidates; i++) {
+    float *f = &w->f[w->corner[i]], moved = w->result[0][i];
+    if (inside(moved) != inside(*f) || !(fabsf(moved) > fabsf(*f)))
+      continue;
+    *f = moved;
+    w->moved[w->moved_count++] =
+      (zs_moved){w->corner[i], {offset[0][i], offset[1][i], offset[2][i]}};
+  }
+  w->candidates = 0;
+}
+
+/* Corners on the grid's faces stay, so that caps stay flat. */
+static void repel(const sampling *s)
+{
+  sampler *w = s->worker->scratch;
+  unsigned lo[3], hi[3], at[3];
+  for (int k = 0; k < 3; k++) {
+    lo[k] = s->real.lo[k];
+    hi[k] = s->real.hi[k];
+    if (zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, lo[k])))
+      lo[k]++;
+    if (hi[k] > lo[k] && zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, hi[k] - 1)))
+      hi[k]--;
+  }
+  w->candidates = w->moved_count = 0;
+  for (at[2] = lo[2]; at[2] < hi[2]; at[2]++)
+    for (at[1] = lo[1]; at[1] < hi[1]; at[1]++)
+      for (at[0] = lo[0]; at[0] < hi[0]; at[0]++)
+        if (is_candidate(s, at)) {
+          w->corner[w->candidates++] =
+            (uint16_t)(at[2] * ZS_BRICK_ROWS + at[1] * ZS_BRICK + at[0]);
+          if (w->candidates == ZS_BLOCK)
+            move_candidates(s);
+        }
+  move_candidates(s);
+}
+
+/* ---- What is kept of a brick ------------------------------------------------------- */
+
+/* Edges along an axis that start in a row, lie in the brick and cross the
+ * surface; pads left out. */
+static unsigned inner_edges(const zs_polygonize_job *job, const zs_brick *brick, unsigned row,
+                            unsigned axis)
+{
+  unsigned signs = brick->signs[row], mask = zs_lattice_row_mask(job, brick, row);
+  unsigned other = row;
+  if (axis == 0)
+    return (signs ^ signs >> 1) & mask & mask >> 1;
+  if (axis == 1 && row % ZS_BRICK < ZS_BRICK - 1)
+    other = row + 1;
+  else if (axis == 2 && row / ZS_BRICK < ZS_BRICK - 1)
+    other = row + ZS_BRICK;
+  else
+    return 0;
+  return (signs ^ brick->signs[other]) & mask & zs_lattice_row_mask(job, brick, other);
+}
+
+/* Keep the values at the ends of the crossing edges within the brick.  False
+ * when memory is out. */
+static bool keep_ends(const sampling *s)
+{
+  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
+  const sampler *w = s->worker->scratch;
+  size_t count = 0;
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned axis = 0; axis < 3; axis++)
+      count += (unsigned)__builtin_popcount(inner_edges(s->job, s->brick, row, axis));
+  float(*ends)[2] = zs_arena_alloc(&s->worker->arena, count, sizeof *ends);
+  if (!ends)
+    return false;
+  s->brick->ends = (const float(*)[2])ends;
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned axis = 0; axis < 3; axis++)
+      for (unsigned edges = inner_edges(s->job, s->brick, row, axis); edges; edges &= edges - 1) {
+        unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
+        float a = w->f[start], b = w->f[start + stride[axis]];
+        (*ends)[0] = inside(a) ? a : b;
+        (*ends)[1] = inside(a) ? b : a;
+        ends++;
+      }
+  return true;
+}
+
+static bool keep_moved(const sampling *s)
+{
+  const sampler *w = s->worker->scratch;
+  if (!w->moved_count)
+    return true;
+  zs_moved *moved = ZS_ARENA_NEW(&s->worker->arena, zs_moved, w->moved_count);
+  if (!moved)
+    return false;
+  memcpy(moved, w->moved, w->moved_count * sizeof *moved);
+  s->brick->moved = moved;
+  s->brick->moved_count = w->moved_count;
+  return true;
+}
+
+/* ---- The walk ------------------------------------------------------------------------ */
+
+static bool over_limit(const zs_polygonize_job *job, const zs_polygonize_worker *worker)
+{
+  return job->control && job->control->memory_limit &&
+         job->used_bytes + worker->arena.bytes * (uint64_t)job->threads >
+           job->control->memory_limit;
+}
+
+static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
+                        const zs_program *program)
+{
+  zs_polygonize_job *job = visitor;
+  zs_polygonize_worker *worker = &job->workers[thread];
+  sampling s = {.job = job, .worker = worker, .eval = eval, .program = program};
+  if (worker->out_of_memory || !real_range(job, index, &s.real))
+    return;
+  s.brick = ZS_ARENA_NEW(&worker->arena, zs_brick, 1);
+  if (!s.brick || over_limit(job, worker)) {
+    worker->out_of_memory = true;
+    return;
+  }
+  memcpy(s.brick->index, index, sizeof s.brick->index);
+  s.brick->sampled = true;
+  s.frame = zs_brick_frame(job, s.brick);
+  for (unsigned z = s.real.lo[2]; z < s.real.hi[2]; z++)
+    sample_layer(&s, z);
+  repel(&s);
+  if (!keep_moved(&s) || !keep_ends(&s))
+    worker->out_of_memory = true;
+  job->table[table_place(job, index)] = s.brick;
+}
+
+static void visit_uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool within)
+{
+  zs_polygonize_job *job = visitor;
+  uint32_t at[3];
+  if (!within)
+    return;
+  for (at[2] = lo[2]; at[2] < hi[2]; at[2]++)
+    for (at[1] = lo[1]; at[1] < hi[1]; at[1]++)
+      for (at[0] = lo[0]; at[0] < hi[0]; at[0]++)
+        job->table[table_place(job, at)] = &job->inside;
+}
+
+static bool walk(zs_polygonize_job *job)
+{
+  zs_walk w = {
+    .field = job->field,
+    .request = ZS_REQUEST_GRADIENT,
+    .control = job->control,
+    .stage = "sample",
+    .progress_from = 0,
+    .progress_to = 0.5,
+    .visitor = job,
+    .uniform = visit_uniform,
+    .brick = visit_brick,
+  };
+  for (int k = 0; k < 3; k++) {
+    w.lo[k] = job->lo[k] - job->cell[k];
+    w.size[k] = job->cell[k] * ZS_BRICK;
+    w.count[k] = job->bricks[k];
+  }
+  sampler *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
+  if (!scratch)
+    return zs_fail_memory(job->diag);
+  for (unsigned t = 0; t < job->threads; t++)
+    job->workers[t].scratch = &scratch[t];
+  bool done = zs_walk_run(&w, job->diag);
+  free(scratch);
+  for (unsigned t = 0; done && t < job->threads; t++)
+    if (job->workers[t].out_of_memory)
+      return zs_fail(job->diag, ZS_ERROR_MEMORY, NULL,
+                     "the samples do not fit into memory; try a lower resolution");
+  return done;
+}
+
+/* ---- From the walk's findings to a consistent lattice -------------------------------- */
+
+/* The thirteen neighbours that come later in the table's order. */
+static const int8_t LATER[13][3] = {{1, 0, 0},   {-1, 1, 0}, {0, 1, 0},  {1, 1, 0},  {-1, -1, 1},
+                                    {0, -1, 1},  {1, -1, 1}, {-1, 0, 1}, {0, 0, 1},  {1, 0, 1},
+                                    {-1, 1, 1},  {0, 1, 1},  {1, 1, 1}};
+
+/* Two touching bricks that bounds proved to be inside and outside cannot be:
+ * an enclosure of the field is wrong, and so would be the mesh. */
+static bool check_bounds(const zs_polygonize_job *job)
+{
+  range real;
+  uint32_t at[3];
+  for (at[2] = 0; at[2] < job->bricks[2]; at[2]++)
+    for (at[1] = 0; at[1] < job->bricks[1]; at[1]++)
+      for (at[0] = 0; at[0] < job->bricks[0]; at[0]++) {
+        const zs_brick *brick = job->table[table_place(job, at)];
+        if ((brick != &job->inside && brick != &job->outside) || !real_range(job, at, &real))
+          continue;
+        for (unsigned d = 0; d < 13; d++) {
+          uint32_t to[3];
+          for (int k = 0; k < 3; k++)
+            to[k] = (uint32_t)((int64_t)at[k] + LATER[d][k]); /* below 0: no brick's index */
+          const zs_brick *other = zs_lattice_brick(job, to);
+          if (other != brick && (other == &job->inside || other == &job->outside) &&
+              to[0] < job->bricks[0] && to[1] < job->bricks[1] && to[2] < job->bricks[2] &&
+              real_range(job, to, &real))
+            return zs_fail(job->diag, ZS_ERROR_UNABLE, NULL,
+                           "the bounds of the field contradict each other near %g %g %g; "
+                           "evaluating every sample (--brute) does without them",
+                           zs_lattice_place(job, 0, at[0] * ZS_BRICK),
+                           zs_lattice_place(job, 1, at[1] * ZS_BRICK),
+                           zs_lattice_place(job, 2, at[2] * ZS_BRICK));
+        }
+      }
+  return true;
+}
+
+/* Whether a brick holds an end of an edge to a pad. */
+static bool touches_face(const zs_polygonize_job *job, const uint32_t index[3])
+{
+  for (int k = 0; k < 3; k++)
+    if (index[k] == 0 || (index[k] + 1) * ZS_BRICK > job->corners[k] - 2)
+      return true;
+  return false;
+}
+
+/* A brick proven to be inside, at a face of the grid: the cap needs its signs. */
+static bool make_cap_brick(zs_polygonize_job *job, const uint32_t index[3])
+{
+  zs_brick *brick = ZS_ARENA_NEW(&job->workers[0].arena, zs_brick, 1);
+  if (!brick)
+    return zs_fail_memory(job->diag);
+  memcpy(brick->index, index, sizeof brick->index);
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    brick->signs[row] = zs_lattice_row_mask(job, brick, row);
+  job->table[table_place(job, index)] = brick;
+  return true;
+}
+
+/* Give bricks at the grid's faces data of their own, and list all that have. */
+static bool list_active(zs_polygonize_job *job)
+{
+  range real;
+  uint32_t at[3];
+  size_t total = (size_t)job->bricks[0] * job->bricks[1] * job->bricks[2];
+  for (at[2] = 0; at[2] < job->bricks[2]; at[2]++)
+    for (at[1] = 0; at[1] < job->bricks[1]; at[1]++)
+      for (at[0] = 0; at[0] < job->bricks[0]; at[0]++) {
+        const zs_brick **entry = &job->table[table_place(job, at)];
+        if (!real_range(job, at, &real))
+          *entry = &job->outside;
+        else if (*entry == &job->inside && touches_face(job, at) && !make_cap_brick(job, at))
+          return false;
+        job->active_count += *entry != &job->inside && *entry != &job->outside;
+      }
+  job->active = malloc((job->active_count + 1) * sizeof(*job->active));
+  if (!job->active)
+    return zs_fail_memory(job->diag);
+  job->active_count = 0;
+  for (size_t i = 0; i < total; i++)
+    if (job->table[i] != &job->inside && job->table[i] != &job->outside)
+      job->active[job->active_count++] = (zs_brick *)job->table[i];
+  return true;
+}
+
+/* What bounds proved of a neighbour below holds on the shared corners too.
+ * Rounding can make a sample there disagree; the proof wins, so that no
+ * crossing edge is left without an owner. */
+static void obey_neighbours(const zs_polygonize_job *job, zs_brick *brick)
+{
+  for (unsigned d = 1; d < 8; d++) {
+    uint32_t at[3];
+    bool exists = true;
+    for (int k = 0; k < 3; k++) {
+      unsigned step = d >> k & 1;
+      exists = exists && brick->index[k] >= step;
+      at[k] = brick->index[k] - step;
+    }
+    if (!exists)
+      continue;
+    const zs_brick *below = zs_lattice_brick(job, at);
+    if (below->sampled)
+      continue;
+    unsigned bits = d & 1 ? 1 : 0xffff;
+    for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
+      if ((d & 2 && row % ZS_BRICK) || (d & 4 && row / ZS_BRICK))
+        continue;
+      unsigned proven = below == &job->outside ? 0 : zs_lattice_row_mask(job, brick, row);
+      unsigned signs = (brick->signs[row] & ~bits) | (proven & bits);
+      if (signs != brick->signs[row])
+        brick->ends = NULL;
+      brick->signs[row] = (uint16_t)signs;
+    }
+  }
+}
+
+bool zs_polygonize_sample(zs_polygonize_job *job)
+{
+  if (!walk(job) || !check_bounds(job) || !list_active(job))
+    return false;
+#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
+  for (size_t i = 0; i < job->active_count; i++)
+    obey_neighbours(job, job->active[i]);
+  return true;
+}
