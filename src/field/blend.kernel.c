@@ -103,7 +103,7 @@ static inline float small_power(float x, unsigned n)
   p *= n & 8 ? x8 : 1;
   p *= n & 16 ? x16 : 1;
   p = p > 1e-20f ? p : 1e-20f;
-  return p < 1e20f ? p : 1e20f;
+  return p < 3e38f ? p : 3e38f;
 }
 
 static inline float r_m(float a, float b, numbers c, float *da, float *db)

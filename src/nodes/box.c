@@ -64,16 +64,16 @@ const zs_kind zs_kind_box = {
   .family = ZS_FAMILY_PRIMITIVE,
   .summary = "an axis-parallel box, optionally rounded",
   .doc = "Centred on the origin with `size`, or between the corners `min` and `max` (the formula "
-         "is about the box's centre).",
+         "is about the box's centre, and `round_` the attribute of that name).",
   .trait = "exact distance",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),
   .parameters_size = sizeof(struct box),
   .children = ZS_CHILDREN_NONE,
-  .formula = "let u = abs(x) - (size.x / 2 - round); "
-             "let v = abs(y) - (size.y / 2 - round); "
-             "let w = abs(z) - (size.z / 2 - round); "
-             "round - (min(max(u, max(v, w)), 0) + "
+  .formula = "let u = abs(x) - (size.x / 2 - round_); "
+             "let v = abs(y) - (size.y / 2 - round_); "
+             "let w = abs(z) - (size.z / 2 - round_); "
+             "round_ - (min(max(u, max(v, w)), 0) + "
              "hypot(hypot(max(u, 0), max(v, 0)), max(w, 0)))",
   .check = check,
   .emit = emit,

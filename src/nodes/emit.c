@@ -67,7 +67,8 @@ static bool names_attribute(const char *variable, const char *name, const char *
   for (size_t i = 0; i < length; i++)
     if (variable[i] != (name[i] == '-' ? '_' : name[i]))
       return false;
-  *rest = variable + length;
+  /* Formulas write `round_` for an attribute whose name is a function's. */
+  *rest = variable + length + !strcmp(variable + length, "_");
   return true;
 }
 
@@ -89,17 +90,9 @@ static bool bind_attribute(const zs_attribute *attribute, const char *rest, bind
   return true;
 }
 
-/* `min` and `max` are functions: formulas call attributes of those names `lo`
- * and `hi`. */
-static const char *attribute_name(const char *variable)
-{
-  return !strcmp(variable, "lo") ? "min" : !strcmp(variable, "hi") ? "max" : variable;
-}
-
 static bool bind(const zs_kind *kind, const char *variable, binding *result)
 {
   const char *rest;
-  variable = attribute_name(variable);
   for (size_t i = 0; i < kind->attribute_count; i++)
     if (names_attribute(variable, kind->attributes[i].name, &rest) &&
         bind_attribute(&kind->attributes[i], rest, result))

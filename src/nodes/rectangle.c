@@ -75,15 +75,15 @@ const zs_kind zs_kind_rectangle = {
   .family = ZS_FAMILY_SHAPE,
   .summary = "an axis-parallel rectangle, optionally rounded",
   .doc = "Centred on the origin with `size`, or between the corners `min` and `max` (the formula "
-         "is about the rectangle's centre).",
+         "is about the rectangle's centre, and `round_` the attribute of that name).",
   .trait = "exact distance",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),
   .parameters_size = sizeof(struct rectangle),
   .children = ZS_CHILDREN_NONE,
-  .formula = "let u = abs(x) - (size.x / 2 - round); "
-             "let v = abs(y) - (size.y / 2 - round); "
-             "round - (min(max(u, v), 0) + hypot(max(u, 0), max(v, 0)))",
+  .formula = "let u = abs(x) - (size.x / 2 - round_); "
+             "let v = abs(y) - (size.y / 2 - round_); "
+             "round_ - (min(max(u, v), 0) + hypot(max(u, 0), max(v, 0)))",
   .check = check,
   .emit = emit,
 };

@@ -246,18 +246,39 @@ double zs_polygon_distance(const zs_polygon *polygon, double x, double y)
   return is_inside(polygon, p) ? distance : -distance;
 }
 
+/* The part of [lo, hi] that is near the polygon, or its nearest end: in blocks
+ * that reach far away, single precision must be best where the edges are. */
+static void near_part(const zs_polygon *polygon, int axis, double *lo, double *hi)
+{
+  const zs_polygon_box *all = &polygon->boxes[0];
+  const double size = fmax(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
+  const double least = all->lo[axis] - size, most = all->hi[axis] + size;
+  if (*hi < least) {
+    *lo = *hi;
+  } else if (*lo > most) {
+    *hi = *lo;
+  } else {
+    *lo = fmax(*lo, least);
+    *hi = fmin(*hi, most);
+  }
+}
+
 zs_polygon_view zs_polygon_look(const zs_polygon *polygon, const double lo[2], const double hi[2])
 {
   /* The sign of a centre that lies on an edge would be a matter of rounding:
    * of a few points take the first that is well clear, or the clearest. */
-  static const double spots[][2] = {{0.5, 0.5}, {0.31, 0.36}, {0.69, 0.64}, {0.34, 0.72}, {0.7, 0.27}};
-  const double size = hypot(hi[0] - lo[0], hi[1] - lo[1]);
+  static const double spots[][2] = {
+    {0.5, 0.5}, {0.31, 0.36}, {0.69, 0.64}, {0.34, 0.72}, {0.7, 0.27}};
+  double from[2] = {lo[0], lo[1]}, to[2] = {hi[0], hi[1]};
+  for (int k = 0; k < 2; k++)
+    near_part(polygon, k, &from[k], &to[k]);
+  const double size = hypot(to[0] - from[0], to[1] - from[1]);
   zs_polygon_view view = {.reach = 0};
   double clearest = -1;
   for (size_t i = 0; i < sizeof spots / sizeof spots[0] && clearest < 0.01 * size; i++) {
     double p[2];
     for (int k = 0; k < 2; k++)
-      p[k] = (float)(lo[k] + spots[i][k] * (hi[k] - lo[k]));
+      p[k] = (float)(from[k] + spots[i][k] * (to[k] - from[k]));
     const double distance = unsigned_distance(polygon, p);
     if (distance > clearest) {
       clearest = distance;

@@ -1,1 +1,2 @@
-# This room adds to the lists that Makefile.am describes.
+zs_tests += tests/nodes/test_kinds
+tests_nodes_test_kinds_SOURCES = tests/nodes/test_kinds.c tests/nodes/build.h
