@@ -100,12 +100,13 @@ static bool set_axes(zs_camera *camera, const zs_view *view, zs_diag *diag)
   return true;
 }
 
-/* A corner of the box relative to a point, along the camera's axes. */
-static void corner(const zs_camera *camera, int i, const double from[3], double at[3])
+/* A corner of a box relative to a point, along the camera's axes. */
+static void corner(const zs_camera *camera, const zs_box *box, int i, const double from[3],
+                   double at[3])
 {
   double offset[3];
   for (int k = 0; k < 3; k++)
-    offset[k] = (i >> k & 1 ? camera->box_hi[k] : camera->box_lo[k]) - from[k];
+    offset[k] = (i >> k & 1 ? box->hi[k] : box->lo[k]) - from[k];
   for (int k = 0; k < 3; k++)
     at[k] = dot(camera->frame.axes[k], offset);
 }
@@ -117,49 +118,98 @@ static void half_sides(const zs_camera *camera, double half[2])
   half[1] = 1;
 }
 
-/* Parallel rays about `middle`; returns the half height that shows the box. */
-static double frame_parallel(const zs_camera *camera, double middle[3], bool centred)
+/* What a picture has to hold: the outline relative to a point, as the extremes
+ * of x - t z and -x - t z over its corners (x, z) to the right, and upward. */
+typedef struct extent {
+  double upper[2], lower[2];
+} extent;
+
+static extent extent_of(const zs_camera *camera, const zs_outline *outline, const double from[3],
+                        const double t[2])
 {
-  double half[2], height = 0, lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY}, at[3];
+  extent e = {{-INFINITY, -INFINITY}, {-INFINITY, -INFINITY}};
+  for (size_t b = 0; b < outline->count; b++)
+    for (int i = 0; i < 8; i++) {
+      double at[3];
+      corner(camera, &outline->boxes[b], i, from, at);
+      for (int k = 0; k < 2; k++) {
+        e.upper[k] = fmax(e.upper[k], at[k] - t[k] * at[2]);
+        e.lower[k] = fmax(e.lower[k], -at[k] - t[k] * at[2]);
+      }
+    }
+  return e;
+}
+
+/* Move a point along the camera's axes. */
+static void move(const zs_camera *camera, double point[3], double right, double up, double forward)
+{
+  const double(*axes)[3] = camera->frame.axes;
+  for (int k = 0; k < 3; k++)
+    point[k] += right * axes[0][k] + up * axes[1][k] + forward * axes[2][k];
+}
+
+/* Centre parallel rays on the outline.  Returns the half height that shows it. */
+static double frame_parallel(zs_camera *camera, const zs_outline *outline)
+{
+  const double parallel[2] = {0, 0};
+  double half[2];
+  half_sides(camera, half);
+  extent e = extent_of(camera, outline, camera->frame.origin, parallel);
+  double height = 0;
+  for (int k = 0; k < 2; k++)
+    height = fmax(height, (e.upper[k] + e.lower[k]) / 2 / half[k]);
+  move(camera, camera->frame.origin, (e.upper[0] - e.lower[0]) / 2, (e.upper[1] - e.lower[1]) / 2,
+       0);
+  return height / FILLED;
+}
+
+/* The half height of parallel rays about the origin that shows the box. */
+static double parallel_height(const zs_camera *camera)
+{
+  double half[2], height = 0;
   half_sides(camera, half);
   for (int i = 0; i < 8; i++) {
-    corner(camera, i, middle, at);
-    for (int k = 0; k < 2; k++) {
-      lo[k] = fmin(lo[k], at[k]);
-      hi[k] = fmax(hi[k], at[k]);
-    }
-  }
-  for (int k = 0; k < 2; k++) {
-    double shift = centred ? (lo[k] + hi[k]) / 2 : 0;
-    for (int j = 0; j < 3; j++)
-      middle[j] += shift * camera->frame.axes[k][j];
-    height = fmax(height, fmax(hi[k] - shift, shift - lo[k]) / half[k]);
+    double at[3];
+    corner(camera, &camera->box, i, camera->frame.origin, at);
+    height = fmax(height, fmax(fabs(at[0]) / half[0], fabs(at[1]) / half[1]));
   }
   return height / FILLED;
 }
 
-/* Put the eye where the box just fills the picture: `slope` is the tangent of
- * half the vertical angle.  A corner (x, z) is seen when |x - a| <= t (z + d)
- * with the eye at (a, -d); the extremes of x - t z and -x - t z decide. */
-static void frame_perspective(zs_camera *camera, const double middle[3], double slope)
+/* Put the eye where the outline just fills the picture: `slope` is the tangent
+ * of half the vertical angle.  With the eye at (a, -d) a corner is seen when
+ * |x - a| <= t (z + d). */
+static void frame_perspective(zs_camera *camera, const zs_outline *outline, double slope)
 {
-  double half[2], distance = 0, shift[2], at[3];
+  double half[2], t[2], distance = 0;
   half_sides(camera, half);
-  for (int k = 0; k < 2; k++) {
-    const double t = slope * half[k] * FILLED;
-    double upper = -INFINITY, lower = -INFINITY;
-    for (int i = 0; i < 8; i++) {
-      corner(camera, i, middle, at);
-      upper = fmax(upper, at[k] - t * at[2]);
-      lower = fmax(lower, -at[k] - t * at[2]);
-    }
-    shift[k] = (upper - lower) / 2;
-    distance = fmax(distance, (upper + lower) / (2 * t));
-  }
-  for (int j = 0; j < 3; j++)
-    camera->frame.origin[j] = middle[j] + shift[0] * camera->frame.axes[0][j] +
-                              shift[1] * camera->frame.axes[1][j] -
-                              distance * camera->frame.axes[2][j];
+  for (int k = 0; k < 2; k++)
+    t[k] = slope * half[k] * FILLED;
+  extent e = extent_of(camera, outline, camera->frame.origin, t);
+  for (int k = 0; k < 2; k++)
+    distance = fmax(distance, (e.upper[k] + e.lower[k]) / (2 * t[k]));
+  move(camera, camera->frame.origin, (e.upper[0] - e.lower[0]) / 2, (e.upper[1] - e.lower[1]) / 2,
+       -distance);
+}
+
+/* Place the origin; returns the picture's half height at depth 1 in
+ * perspective, at any depth without. */
+static double place(zs_camera *camera, const zs_view *view, const zs_outline *outline)
+{
+  const zs_box *box = &camera->box;
+  double *origin = camera->frame.origin;
+  const double slope = tan(view->field_of_view * acos(-1) / 360);
+  camera->frame.perspective = view->field_of_view > 0;
+  for (int k = 0; k < 3; k++)
+    origin[k] = !view->has_eye                ? (box->lo[k] + box->hi[k]) / 2
+                : camera->frame.perspective ? view->eye[k]
+                                            : view->target[k];
+  if (view->has_eye)
+    return camera->frame.perspective ? slope : parallel_height(camera);
+  if (!camera->frame.perspective)
+    return frame_parallel(camera, outline);
+  frame_perspective(camera, outline, slope);
+  return slope;
 }
 
 /* The depths of the box. */
@@ -169,7 +219,7 @@ static void set_depths(zs_camera *camera)
   camera->far = -INFINITY;
   for (int i = 0; i < 8; i++) {
     double at[3];
-    corner(camera, i, camera->frame.origin, at);
+    corner(camera, &camera->box, i, camera->frame.origin, at);
     camera->near = fmin(camera->near, at[2]);
     camera->far = fmax(camera->far, at[2]);
   }
@@ -177,35 +227,19 @@ static void set_depths(zs_camera *camera)
     camera->near = fmax(camera->near, NEAREST * camera->far);
 }
 
-bool zs_camera_set(zs_camera *camera, const zs_view *view, const double lo[3], const double hi[3],
-                   uint32_t width, uint32_t height, zs_diag *diag)
+bool zs_camera_set(zs_camera *camera, const zs_view *view, const zs_box *box,
+                   const zs_outline *outline, uint32_t width, uint32_t height, zs_diag *diag)
 {
-  *camera = (zs_camera){.width = width, .height = height};
-  memcpy(camera->box_lo, lo, sizeof camera->box_lo);
-  memcpy(camera->box_hi, hi, sizeof camera->box_hi);
+  *camera = (zs_camera){.width = width, .height = height, .box = *box};
   if (!(view->field_of_view >= 0 && view->field_of_view < 180))
     return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
                    "the view's field of view is %g degrees; expected 0 to below 180",
                    view->field_of_view);
   if (!set_axes(camera, view, diag))
     return false;
-  double middle[3], half_height;
-  for (int k = 0; k < 3; k++)
-    middle[k] = view->has_eye ? view->target[k] : (lo[k] + hi[k]) / 2;
-  camera->frame.perspective = view->field_of_view > 0;
-  if (camera->frame.perspective) {
-    half_height = tan(view->field_of_view * acos(-1) / 360);
-    if (view->has_eye)
-      memcpy(camera->frame.origin, view->eye, sizeof camera->frame.origin);
-    else
-      frame_perspective(camera, middle, half_height);
-  } else {
-    half_height = frame_parallel(camera, middle, !view->has_eye);
-    memcpy(camera->frame.origin, middle, sizeof middle);
-  }
-  camera->pixel = 2 * half_height / height;
+  camera->top = place(camera, view, outline);
+  camera->pixel = 2 * camera->top / height;
   camera->left = -camera->pixel * width / 2;
-  camera->top = half_height;
   set_depths(camera);
   return true;
 }
@@ -251,12 +285,12 @@ zs_ray_span zs_camera_span(const zs_camera *camera, double u, double v)
   ray(camera, u, v, start, step);
   for (int k = 0; k < 3; k++) {
     if (step[k] == 0) {
-      if (start[k] < camera->box_lo[k] || start[k] > camera->box_hi[k])
+      if (start[k] < camera->box.lo[k] || start[k] > camera->box.hi[k])
         far = -INFINITY;
       continue;
     }
-    double low = (camera->box_lo[k] - start[k]) / step[k];
-    double high = (camera->box_hi[k] - start[k]) / step[k];
+    double low = (camera->box.lo[k] - start[k]) / step[k];
+    double high = (camera->box.hi[k] - start[k]) / step[k];
     if (fmin(low, high) >= near) {
       near = fmin(low, high);
       span.axis = k;

@@ -2,7 +2,7 @@
 #ifndef ZS_CAMERA_H
 #define ZS_CAMERA_H
 
-#include "field/operation.h"
+#include "output/outline.h"
 
 /* A picture's camera.  In the frame's local coordinates a ray has constant u
  * (to the right) and v (up), and depth w along the viewing direction, from the
@@ -12,13 +12,14 @@ typedef struct zs_camera {
   zs_frame frame;
   double left, top, pixel;
   uint32_t width, height;
-  double box_lo[3], box_hi[3];
+  zs_box box;
   double near, far; /* depths that hold what is seen of the box; near >= far: nothing */
 } zs_camera;
 
-/* The camera of a view of a box; false after reporting a view that cannot be. */
-bool zs_camera_set(zs_camera *camera, const zs_view *view, const double lo[3], const double hi[3],
-                   uint32_t width, uint32_t height, zs_diag *diag);
+/* The camera of a view of a box.  Views without an eye show all of the outline;
+ * it may be NULL for the others.  False after reporting a view that cannot be. */
+bool zs_camera_set(zs_camera *camera, const zs_view *view, const zs_box *box,
+                   const zs_outline *outline, uint32_t width, uint32_t height, zs_diag *diag);
 
 /* A point of the scene from local coordinates. */
 void zs_camera_point(const zs_camera *camera, double u, double v, double w, double point[3]);

@@ -321,15 +321,34 @@ static uint64_t pixel_bytes(zs_render_mode mode)
   return mode == ZS_RENDER_SHADED ? shaded : sizeof(zs_hit) + 3;
 }
 
+/* Set up the camera, framing the solid when the view leaves that to us. */
+static bool set_camera(renderer *r, zs_field *field, const zs_box *box,
+                       const zs_render_options *options, zs_diag *diag)
+{
+  const zs_view *view = &options->view;
+  if (view->has_eye)
+    return zs_camera_set(&r->camera, view, box, NULL, options->width, options->height, diag);
+  zs_outline *outline = malloc(sizeof *outline);
+  if (!outline)
+    return zs_fail_memory(diag);
+  bool set = zs_outline_find(outline, field, box, r->control, diag) &&
+             zs_camera_set(&r->camera, view, box, outline, options->width, options->height, diag);
+  free(outline);
+  return set;
+}
+
 bool zs_render(zs_field *field, const double lo[3], const double hi[3],
                const zs_render_options *options, zs_image *image, const zs_control *control,
                zs_job_report *report, zs_diag *diag)
 {
   *image = (zs_image){0};
   renderer r = {.mode = options->mode, .control = control};
+  zs_box box;
+  memcpy(box.lo, lo, sizeof box.lo);
+  memcpy(box.hi, hi, sizeof box.hi);
   if (!zs_box_check(lo, hi, diag) ||
       !zs_image_size_check(options->width, options->height, diag) ||
-      !zs_camera_set(&r.camera, &options->view, lo, hi, options->width, options->height, diag))
+      !set_camera(&r, field, &box, options, diag))
     return false;
   r.studio = zs_studio_for(&r.camera);
   r.threads = zs_control_threads(control);

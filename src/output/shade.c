@@ -7,15 +7,15 @@
 static const float key_direction[3] = {-0.50f, 0.68f, 0.62f};
 static const float fill_direction[3] = {0.80f, 0.10f, 0.55f};
 
-static const zs_color key_light = {0.80f, 0.77f, 0.72f}, fill_light = {0.14f, 0.17f, 0.21f},
-                      sky_light = {0.30f, 0.32f, 0.35f}, ground_light = {0.13f, 0.12f, 0.11f};
+static const zs_color key_light = {1.00f, 0.96f, 0.90f}, fill_light = {0.20f, 0.25f, 0.31f},
+                      sky_light = {0.40f, 0.43f, 0.48f}, ground_light = {0.20f, 0.18f, 0.16f};
 
 /* Surfaces are of pale clay, cuts of terracotta. */
-static const zs_color clay = {0.62f, 0.55f, 0.44f}, terracotta = {0.60f, 0.23f, 0.14f};
+static const zs_color clay = {0.64f, 0.56f, 0.44f}, terracotta = {0.60f, 0.22f, 0.12f};
 
-static const zs_color backdrop_top = {0.86f, 0.90f, 0.94f}, backdrop_bottom = {0.52f, 0.57f, 0.63f};
+static const zs_color backdrop_top = {0.88f, 0.91f, 0.95f}, backdrop_bottom = {0.58f, 0.63f, 0.70f};
 
-static const float GLOSS = 0.10f, GLOSS_EXPONENT = 40;
+static const float GLOSS = 0.08f, GLOSS_EXPONENT = 40;
 
 /* How far surfaces darken each other, relative to the box's diagonal, and in
  * pixels at most; and how much. */
@@ -106,7 +106,7 @@ static float diagonal(const zs_camera *camera)
 {
   double sum = 0;
   for (int k = 0; k < 3; k++) {
-    double side = camera->box_hi[k] - camera->box_lo[k];
+    double side = camera->box.hi[k] - camera->box.lo[k];
     sum += side * side;
   }
   return (float)sqrt(sum);

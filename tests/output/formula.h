@@ -8,9 +8,10 @@
 
 #include <string.h>
 
-/* The field of a formula, or NULL. */
-static inline zs_field *formula_field(const char *text)
+/* The field of a formula moved by `at`, or NULL. */
+static inline zs_field *formula_field_at(const char *text, const double at[3])
 {
+  const double inverse[12] = {1, 0, 0, -at[0], 0, 1, 0, -at[1], 0, 0, 1, -at[2]};
   zs_compiler *compiler = zs_compiler_new(NULL, NULL, NULL);
   if (!compiler)
     return NULL;
@@ -22,11 +23,19 @@ static inline zs_field *formula_field(const char *text)
     return NULL;
   }
   zs_coordinates root = zs_coordinates_root();
+  zs_coordinates moved = zs_coordinates_affine(&root, inverse);
   zs_value variables[3];
   for (uint32_t i = 0; i < expression->variable_count; i++)
-    variables[i] = zs_emit_coordinate(compiler, &root, expression->variables[i][0] - 'x');
+    variables[i] = zs_emit_coordinate(compiler, &moved, expression->variables[i][0] - 'x');
   zs_value f = zs_emit_expression(compiler, expression, variables);
   return zs_compiler_finish(compiler, f, 1, NULL, NULL, NULL, NULL);
+}
+
+/* The field of a formula, or NULL. */
+static inline zs_field *formula_field(const char *text)
+{
+  const double nowhere[3] = {0, 0, 0};
+  return formula_field_at(text, nowhere);
 }
 
 #endif
