@@ -1,5 +1,6 @@
 # nodes.md, the manual page and the completion are generated: make regen.
 dist_doc_DATA += \
+  doc/architecture.md \
   doc/language.md \
   doc/nodes.md
 dist_man_MANS = doc/zeroset.1
