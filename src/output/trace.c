@@ -1,18 +1,22 @@
 #include "output/trace.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 enum {
   MOST_LEAVES = 1024, /* in depth */
   SAMPLES = 8,        /* of a ray in a leaf */
-  PEAK_STEPS = 10,
+  PEAK_STEPS = 8,
   ROOT_STEPS = 40
 };
 
-/* Where a leaf is sampled: evenly, and once more near its ends to know how f
- * begins and ends there. */
-static const float fractions[SAMPLES] = {0, 0.03f, 0.2f, 0.4f, 0.6f, 0.8f, 0.97f, 1};
+/* A leaf is sampled evenly, and once more a little before and after it, to know
+ * how f comes in and goes out.  These two samples hit nothing. */
+enum { FIRST = 1, LAST = SAMPLES - 2 };
+
+/* How far they are from its ends, as part of its depth. */
+static const float BEYOND = 0.03f;
 
 /* Depth of a leaf, and how well a surface is located, in pixels. */
 static const double LEAF_DEPTH = 8;
@@ -84,7 +88,7 @@ typedef struct leaf {
   uint8_t ray[ZS_COLUMN_RAYS];  /* in the column */
   float u[ZS_COLUMN_RAYS], v[ZS_COLUMN_RAYS];
   float t[SAMPLES][ZS_COLUMN_RAYS], f[SAMPLES][ZS_COLUMN_RAYS]; /* depths and values */
-  uint8_t first[ZS_COLUMN_RAYS];    /* sample that is inside; SAMPLES if none */
+  uint8_t first[ZS_COLUMN_RAYS]; /* sample that is inside; LAST + 1 if none */
   /* f < 0 or unknown at lo, f >= 0 at hi: a surface is between; where `found`. */
   bool found[ZS_COLUMN_RAYS];
   float lo[ZS_COLUMN_RAYS], hi[ZS_COLUMN_RAYS], f_lo[ZS_COLUMN_RAYS], f_hi[ZS_COLUMN_RAYS];
@@ -128,9 +132,12 @@ static void gather(leaf *l, float a, float b)
     l->ray[i] = (uint8_t)r;
     l->u[i] = (float)u;
     l->v[i] = (float)v;
-    float lo = fmaxf(a, span->near), hi = fminf(b, span->far);
-    for (int s = 0; s < SAMPLES; s++)
-      l->t[s][i] = s == SAMPLES - 1 ? hi : lo + (hi - lo) * fractions[s];
+    const float lo = fmaxf(a, span->near), hi = fminf(b, span->far);
+    for (int s = FIRST; s < LAST; s++)
+      l->t[s][i] = lo + (hi - lo) * (float)(s - FIRST) / (LAST - FIRST);
+    l->t[0][i] = lo - BEYOND * (b - a);
+    l->t[LAST][i] = hi;
+    l->t[LAST + 1][i] = hi + BEYOND * (b - a);
   }
 }
 
@@ -159,14 +166,14 @@ static void sample(leaf *l)
 static void bracket(leaf *l)
 {
   for (unsigned i = 0; i < l->count; i++) {
-    uint8_t s = 0;
-    while (s < SAMPLES && !(l->f[s][i] >= 0))
+    uint8_t s = FIRST;
+    while (s <= LAST && !(l->f[s][i] >= 0))
       s++;
     l->first[i] = s;
-    l->found[i] = s < SAMPLES;
+    l->found[i] = s <= LAST;
     if (!l->found[i])
       continue;
-    const uint8_t before = s ? s - 1 : 0;
+    const uint8_t before = s > FIRST ? s - 1 : FIRST;
     l->lo[i] = l->t[before][i];
     l->hi[i] = l->t[s][i];
     l->f_lo[i] = l->f[before][i];
@@ -174,47 +181,50 @@ static void bracket(leaf *l)
   }
 }
 
-/* Whether f may rise to 0 and fall again between samples s - 1 and s, going by
- * the slopes on either side. */
-static bool suspicious(const leaf *l, unsigned i, int s)
-{
-  const float d = l->t[s][i] - l->t[s - 1][i];
-  const float rise =
-    SLOPE_SLACK * (l->f[s - 1][i] - l->f[s - 2][i]) / (l->t[s - 1][i] - l->t[s - 2][i]);
-  const float fall = SLOPE_SLACK * (l->f[s][i] - l->f[s + 1][i]) / (l->t[s + 1][i] - l->t[s][i]);
-  if (!(rise > 0 && fall > 0))
-    return false;
-  float at = (l->f[s][i] - l->f[s - 1][i] + fall * d) / (rise + fall);
-  at = fminf(fmaxf(at, 0), d);
-  return fminf(l->f[s - 1][i] + rise * at, l->f[s][i] + fall * (d - at)) >= 0;
-}
-
-/* A maximum of f along a ray, between lo and hi, with two points between. */
+/* Four depths along a ray with f < 0, where f may rise to a peak between the
+ * middle two: it stays below the lines through the first and the last two
+ * when it is concave. */
 typedef struct peak {
-  float lo, hi, at[2], f[2];
-  unsigned latest; /* which of the points is being evaluated */
+  float t[4], f[4];
 } peak;
 
-/* The next point of a golden-section search; the first two calls place both. */
-static float next_point(peak *p, int step)
+/* Where the two lines meet. */
+static float peak_depth(const peak *p)
 {
-  const float golden = 0.618034f;
-  if (step < 2) {
-    p->latest = (unsigned)step;
-  } else if (p->f[0] > p->f[1]) {
-    p->hi = p->at[1];
-    p->at[1] = p->at[0];
-    p->f[1] = p->f[0];
-    p->latest = 0;
-  } else {
-    p->lo = p->at[0];
-    p->at[0] = p->at[1];
-    p->f[0] = p->f[1];
-    p->latest = 1;
+  const float rise = (p->f[1] - p->f[0]) / (p->t[1] - p->t[0]);
+  const float fall = (p->f[2] - p->f[3]) / (p->t[3] - p->t[2]);
+  const float width = p->t[2] - p->t[1];
+  return p->t[1] + fminf(fmaxf((p->f[2] - p->f[1] + fall * width) / (rise + fall), 0), width);
+}
+
+/* How high f may be there; -INFINITY unless it rises and falls. */
+static float peak_height(const peak *p)
+{
+  const float rise = SLOPE_SLACK * (p->f[1] - p->f[0]) / (p->t[1] - p->t[0]);
+  const float fall = SLOPE_SLACK * (p->f[2] - p->f[3]) / (p->t[3] - p->t[2]);
+  const float at = peak_depth(p);
+  if (!(rise > 0 && fall > 0))
+    return -INFINITY;
+  return fminf(p->f[1] + rise * (at - p->t[1]), p->f[2] + fall * (p->t[2] - at));
+}
+
+/* Go on in the part before or after a new sample between the middle two. */
+static peak narrowed(const peak *p, float t, float f)
+{
+  const peak before = {{p->t[0], p->t[1], t, p->t[2]}, {p->f[0], p->f[1], f, p->f[2]}};
+  const peak after = {{p->t[1], t, p->t[2], p->t[3]}, {p->f[1], f, p->f[2], p->f[3]}};
+  return peak_height(&before) > peak_height(&after) ? before : after;
+}
+
+/* Between samples s - 1 and s of a ray. */
+static peak peak_of(const leaf *l, unsigned i, int s)
+{
+  peak p;
+  for (int k = 0; k < 4; k++) {
+    p.t[k] = l->t[s - 2 + k][i];
+    p.f[k] = l->f[s - 2 + k][i];
   }
-  const float width = golden * (p->hi - p->lo);
-  p->at[p->latest] = p->latest ? p->lo + width : p->hi - width;
-  return p->at[p->latest];
+  return p;
 }
 
 /* Look for f >= 0 between samples s - 1 and s of a batch of rays, and bracket
@@ -224,27 +234,35 @@ static void search_peaks(leaf *l, batch *b, int s)
   peak peaks[ZS_COLUMN_RAYS];
   float depth[ZS_COLUMN_RAYS];
   for (unsigned k = 0; k < b->count; k++)
-    peaks[k] = (peak){.lo = l->t[s - 1][b->index[k]], .hi = l->t[s][b->index[k]]};
-  for (int step = 0; step < PEAK_STEPS && b->count; step++) {
-    for (unsigned k = 0; k < b->count; k++)
-      depth[k] = next_point(&peaks[k], step);
-    evaluate_batch(l, b, depth);
+    peaks[k] = peak_of(l, b->index[k], s);
+  for (int step = 0; step < PEAK_STEPS; step++) {
     unsigned left = 0;
     for (unsigned k = 0; k < b->count; k++) {
+      const float at = peak_depth(&peaks[k]);
+      if (!(peak_height(&peaks[k]) >= 0 && at > peaks[k].t[1] && at < peaks[k].t[2]))
+        continue;
+      b->index[left] = b->index[k];
+      depth[left] = at;
+      peaks[left++] = peaks[k];
+    }
+    b->count = left;
+    if (!left)
+      return;
+    evaluate_batch(l, b, depth);
+    left = 0;
+    for (unsigned k = 0; k < b->count; k++) {
       const unsigned i = b->index[k];
-      peak p = peaks[k];
-      p.f[p.latest] = b->f[k];
       if (b->f[k] >= 0) {
         l->found[i] = true;
         l->first[i] = (uint8_t)s;
-        l->lo[i] = l->t[s - 1][i];
-        l->f_lo[i] = l->f[s - 1][i];
-        l->hi[i] = p.at[p.latest];
+        l->lo[i] = peaks[k].t[1];
+        l->f_lo[i] = peaks[k].f[1];
+        l->hi[i] = depth[k];
         l->f_hi[i] = b->f[k];
         continue;
       }
       b->index[left] = (uint8_t)i;
-      peaks[left++] = p;
+      peaks[left++] = narrowed(&peaks[k], depth[k], b->f[k]);
     }
     b->count = left;
   }
@@ -254,11 +272,13 @@ static void search_peaks(leaf *l, batch *b, int s)
 static void look_closer(leaf *l)
 {
   batch b;
-  for (int s = 2; s < SAMPLES - 1; s++) {
+  for (int s = FIRST + 1; s <= LAST; s++) {
     b.count = 0;
-    for (unsigned i = 0; i < l->count; i++)
-      if (s < l->first[i] && suspicious(l, i, s))
+    for (unsigned i = 0; i < l->count; i++) {
+      const peak p = peak_of(l, i, s);
+      if (s < l->first[i] && peak_height(&p) >= 0)
         b.index[b.count++] = (uint8_t)i;
+    }
     if (b.count)
       search_peaks(l, &b, s);
   }
@@ -281,7 +301,7 @@ static void close_in(leaf *l, float tolerance)
   float depth[ZS_COLUMN_RAYS];
   int8_t stayed[ZS_COLUMN_RAYS] = {0}; /* the end that was kept last: -1 lo, 1 hi */
   for (unsigned i = 0; i < l->count; i++)
-    if (l->found[i] && l->first[i] > 0)
+    if (l->found[i] && l->first[i] > FIRST)
       b.index[b.count++] = (uint8_t)i;
   for (int step = 0; step < ROOT_STEPS; step++) {
     unsigned left = 0;
@@ -333,7 +353,7 @@ static void settle(leaf *l, unsigned i, float f, const float gradient[3])
                        gradient[2] * gradient[2]);
   bool known = length > 0 && length < INFINITY;
   float deep = CUT_DEPTH * (float)zs_camera_footprint(camera, (double)hit->depth);
-  if (l->first[i] == 0 && hit->depth == span->near && !(known && f < deep * length))
+  if (l->first[i] == FIRST && hit->depth == span->near && !(known && f < deep * length))
     hit->kind = ZS_HIT_CUT;
   if (hit->kind == ZS_HIT_CUT || !known)
     cut_normal(camera, span, (double)l->u[i], (double)l->v[i], hit->normal);
@@ -464,17 +484,19 @@ static void part_boxes(const zs_tracer *tracer, const zs_tile *tile, const part 
 {
   const zs_camera *camera = tracer->camera;
   const double step = camera->pixel / tile->rays_per_pixel;
+  const double beyond = BEYOND * (camera->far - camera->near) / tracer->leaves;
   for (unsigned l = 0; l < ZS_LANES; l++) {
     const part *p = &parts[l < count ? l : count - 1];
     const double lo[3] = {camera->left + (tile->x + p->lo[0] * ZS_COLUMN) * step,
                           camera->top - (tile->y + p->hi[1] * ZS_COLUMN) * step,
-                          (double)leaf_depth(tracer, p->lo[2])};
+                          leaf_depth(tracer, p->lo[2]) - beyond};
     const double hi[3] = {camera->left + (tile->x + p->hi[0] * ZS_COLUMN) * step,
                           camera->top - (tile->y + p->lo[1] * ZS_COLUMN) * step,
-                          (double)leaf_depth(tracer, p->hi[2])};
+                          leaf_depth(tracer, p->hi[2]) + beyond};
     for (int k = 0; k < 3; k++) {
-      boxes->axis[k].lo[l] = nextafterf((float)lo[k], -INFINITY);
-      boxes->axis[k].hi[l] = nextafterf((float)hi[k], INFINITY);
+      /* More than the rounding of coordinates in single precision. */
+      boxes->axis[k].lo[l] = (float)(lo[k] - 2 * FLT_EPSILON * fabs(lo[k]));
+      boxes->axis[k].hi[l] = (float)(hi[k] + 2 * FLT_EPSILON * fabs(hi[k]));
     }
   }
 }

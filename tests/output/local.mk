@@ -5,3 +5,14 @@ tests_output_test_contour_table_SOURCES = tests/output/test_contour_table.c
 zs_tests += tests/output/test_polygonize
 tests_output_test_polygonize_SOURCES = \
   tests/output/test_polygonize.c tests/output/formula.h tests/random.h
+
+zs_tests += \
+  tests/output/test_grid \
+  tests/output/test_render \
+  tests/output/test_slice \
+  tests/output/test_voxelize
+tests_output_test_grid_SOURCES = tests/output/test_grid.c tests/random.h
+tests_output_test_render_SOURCES = tests/output/test_render.c tests/output/formula.h
+tests_output_test_slice_SOURCES = tests/output/test_slice.c tests/output/formula.h
+tests_output_test_voxelize_SOURCES = \
+  tests/output/test_voxelize.c tests/output/formula.h tests/files/scratch.h
