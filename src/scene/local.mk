@@ -1,4 +1,15 @@
 zs_sources += \
+  src/scene/cache.c \
+  src/scene/compile.c \
   src/scene/document.c \
   src/scene/document.h \
-  src/scene/tree.h
+  src/scene/expand.c \
+  src/scene/gate.c \
+  src/scene/gate.h \
+  src/scene/load.c \
+  src/scene/path.c \
+  src/scene/scene.h \
+  src/scene/tree.h \
+  src/scene/value.c \
+  src/scene/xml.c \
+  src/scene/xml.h

@@ -10,7 +10,7 @@
 
 /* One scene file.  Files are linked in the order in which they were read. */
 typedef struct zs_file {
-  zs_source source;
+  zs_source source; /* first, so that an element's source leads to its file */
   const char *folder;             /* with a slash at its end, or "" */
   uint64_t device, inode;         /* which file it is; 0 for text in memory */
   const zs_element *root;
@@ -100,8 +100,7 @@ typedef struct zs_reading {
   zs_arena *arena;
   zs_diag *diag;
   const zs_scope *scope;
-  const zs_file *file; /* that relative names are relative to; NULL: from the element */
-  bool unknown;        /* set when a value depends on an unknown number */
+  bool unknown; /* set when a value depends on an unknown number */
 } zs_reading;
 
 /* What attributes an element may have: those of its kind, and those that place
@@ -157,7 +156,10 @@ void zs_scene_update(zs_scene *scene, zs_diag *diag);
 bool zs_scene_domain(zs_scene *scene, double lo[3], double hi[3], zs_diag *diag);
 
 /* The file an element stands in. */
-const zs_file *zs_file_of(const zs_scene *scene, const zs_element *element);
+static inline const zs_file *zs_file_of(const zs_element *element)
+{
+  return (const zs_file *)(const void *)element->source;
+}
 
 /* ---- cache.c ------------------------------------------------------------- */
 
