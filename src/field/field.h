@@ -64,8 +64,4 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                                     const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
                                     zs_arena *arena);
 
-/* The instruction set to use: what the machine has, or less when ZEROSET_ISA
- * asks for less. */
-zs_isa_kind zs_isa_select(void);
-
 #endif

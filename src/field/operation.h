@@ -78,6 +78,10 @@ typedef enum zs_isa_kind {
   ZS_ISA_COUNT
 } zs_isa_kind;
 
+/* The instruction set to use: what the machine has, or less when ZEROSET_ISA
+ * asks for less. */
+zs_isa_kind zs_isa_select(void);
+
 typedef struct zs_operation {
   const char *name; /* in listings */
   unsigned arity;

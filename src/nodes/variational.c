@@ -1,6 +1,7 @@
 /* Surfaces through points: the fit is made in src/rbf. */
 #include "nodes/common.h"
 
+#include "field/program.h"
 #include "files/points.h"
 #include "mesh/mesh.h"
 #include "rbf/constraints.h"
@@ -254,7 +255,7 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   const double *c = rbf->centre, s = 1 / rbf->size;
   const double to_unit_box[12] = {s, 0, 0, -c[0] * s, 0, s, 0, -c[1] * s, 0, 0, s, -c[2] * s};
   const zs_operation *operation = zs_rbf_sum_operation(rbf->kernel);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, zs_control_threads(zs_compiler_control(compiler)));
   zs_rbf_free(rbf);
   if (!sum || !zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
     zs_fail_memory(zs_compiler_diag(compiler));

@@ -9,6 +9,9 @@ zs_sources += \
   src/rbf/kernel.c \
   src/rbf/kernel.h \
   src/rbf/sum.c \
-  src/rbf/sum.h
+  src/rbf/sum.h \
+  src/rbf/tree.c \
+  src/rbf/tree.h \
+  src/rbf/vector.h
 
-zs_kernel_sources += src/rbf/sum.kernel.c
+zs_kernel_sources += src/rbf/sum.kernel.c src/rbf/tree.kernel.c

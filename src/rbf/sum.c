@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf)
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads)
 {
   zs_rbf_sum *sum = calloc(1, sizeof *sum);
   zs_rbf_centre *centres = malloc(rbf->count * sizeof *centres);
@@ -20,6 +20,11 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf)
   sum->count = rbf->count;
   sum->centres = centres;
   memcpy(sum->polynomial, rbf->polynomial, rbf->terms * sizeof *sum->polynomial);
+  sum->tree = zs_rbf_tree_new(sum->kernel, centres, sum->count, sum->polynomial, threads);
+  if (!sum->tree) {
+    zs_rbf_sum_free(sum);
+    return NULL;
+  }
   return sum;
 }
 
@@ -28,6 +33,7 @@ void zs_rbf_sum_free(void *data)
   zs_rbf_sum *sum = data;
   if (!sum)
     return;
+  zs_rbf_tree_free(sum->tree);
   free((void *)sum->centres);
   free(sum);
 }

@@ -7,11 +7,12 @@
 
 #include "field/operation.h"
 #include "rbf/fit.h"
+#include "rbf/tree.h"
 
 /* One centre, as the loops read it. */
-typedef struct zs_rbf_centre {
+struct zs_rbf_centre {
   double x, y, z, weight;
-} zs_rbf_centre;
+};
 
 /* Data of the operations; immutable, shared by threads. */
 typedef struct zs_rbf_sum {
@@ -19,10 +20,11 @@ typedef struct zs_rbf_sum {
   size_t count;
   const zs_rbf_centre *centres;
   double polynomial[10]; /* 1 x y z xx xy xz yy yz zz */
+  zs_rbf_tree *tree;
 } zs_rbf_sum;
 
-/* Copy a three-dimensional fit; NULL when memory is out. */
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf);
+/* Copy a three-dimensional fit and enclose it; NULL when memory is out. */
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads);
 void zs_rbf_sum_free(void *sum);
 
 /* The operation for sums of a kernel. */

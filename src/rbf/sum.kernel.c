@@ -3,10 +3,8 @@
  * A handful of points stays in registers while the centres of a tile, which
  * fits the first-level cache, stream past. */
 #include "rbf/sum.h"
+#include "rbf/vector.h"
 
-#if defined __SSE2__
-#include <immintrin.h>
-#endif
 #include <math.h>
 #include <string.h>
 
@@ -18,36 +16,14 @@
 
 #define ALWAYS __attribute__((always_inline))
 
-#if defined __AVX512F__
-enum { WIDTH = 8 };
-#elif defined __AVX__
-enum { WIDTH = 4 };
-#else
-enum { WIDTH = 2 };
-#endif
 enum {
   VECTORS = 2, /* accumulators, to hide latencies */
-  POINTS = VECTORS * WIDTH,
+  POINTS = VECTORS * ZS_WIDTH,
   TILE = 512 /* centres: 16 KB */
 };
 
-typedef double vector __attribute__((vector_size(WIDTH * sizeof(double))));
-typedef int64_t integers __attribute__((vector_size(WIDTH * sizeof(int64_t))));
-
-static inline vector root(vector a)
-{
-#if defined __AVX512F__
-  return (vector)_mm512_sqrt_pd((__m512d)a);
-#elif defined __AVX__
-  return (vector)_mm256_sqrt_pd((__m256d)a);
-#elif defined __SSE2__
-  return (vector)_mm_sqrt_pd((__m128d)a);
-#else
-  for (int i = 0; i < WIDTH; i++)
-    a[i] = sqrt(a[i]);
-  return a;
-#endif
-}
+typedef zs_vector vector;
+typedef zs_integers integers;
 
 /* Natural logarithm of positive normal numbers; finite at 0, where callers
  * multiply by 0.  log m = 2 artanh ((m - 1) / (m + 1)) with m around 1. */
@@ -78,11 +54,11 @@ static inline ALWAYS vector phi(zs_rbf_kernel kernel, vector s)
 {
   switch (kernel) {
   case ZS_RBF_R:
-    return root(s);
+    return zs_vector_root(s);
   case ZS_RBF_R3:
-    return s * root(s);
+    return s * zs_vector_root(s);
   case ZS_RBF_R5:
-    return s * s * root(s);
+    return s * s * zs_vector_root(s);
   case ZS_RBF_TPS2:
     return 0.5 * s * logarithm(s);
   default:
@@ -96,17 +72,17 @@ static inline ALWAYS vector phi_and_slope(zs_rbf_kernel kernel, vector s, vector
   switch (kernel) {
   case ZS_RBF_R: {
     const vector one = (vector){0} + 1;
-    vector r = root(s);
+    vector r = zs_vector_root(s);
     *slope = 1 / (vector)((integers)r | ((r == 0) & (integers)one));
     return r;
   }
   case ZS_RBF_R3: {
-    vector r = root(s);
+    vector r = zs_vector_root(s);
     *slope = 3 * r;
     return s * r;
   }
   case ZS_RBF_R5: {
-    vector r3 = s * root(s);
+    vector r3 = s * zs_vector_root(s);
     *slope = 5 * r3;
     return s * r3;
   }
@@ -217,11 +193,19 @@ static inline ALWAYS void gradient(zs_rbf_kernel kernel, const zs_block_argument
     a->out[i] = (float)b.sum[0][i];
 }
 
-/* Nothing is known of a sum over a box. */
 static void bounds(const zs_bounds_arguments *a)
 {
-  for (unsigned l = 0; l < ZS_LANES; l++)
-    a->out->lo[l] = a->out->hi[l] = NAN;
+  const zs_rbf_sum *sum = a->data;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    float lo[3], hi[3], f[2];
+    for (int k = 0; k < 3; k++) {
+      lo[k] = a->in[k]->lo[l];
+      hi[k] = a->in[k]->hi[l];
+    }
+    zs_rbf_tree_bounds(sum->tree, lo, hi, f);
+    a->out->lo[l] = f[0];
+    a->out->hi[l] = f[1];
+  }
 }
 
 #define DEFINE_KERNEL(KERNEL) \

@@ -82,7 +82,7 @@ static void blocks_follow_the_definition(void **state)
   uint64_t seed = 12;
   for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
     zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 190, 3);
-    zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
     assert_non_null(sum);
     random_points(in, sum, &seed);
     for (unsigned isa = 0; isa < machine_isas(); isa++) {
@@ -134,7 +134,7 @@ static void blocks_work_in_place(void **state)
   static rows in[3], copy[3], out;
   uint64_t seed = 1;
   zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 60, 9);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
   random_points(in, sum, &seed);
   const zs_kernels *kernels = zs_rbf_sum_operation(ZS_RBF_R3)->kernels[0];
   for (int k = 0; k < 3; k++) {
@@ -155,7 +155,7 @@ static void sum_equals_fit(void **state)
 {
   (void)state;
   zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 100, 5);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
   uint64_t seed = 4;
   for (int i = 0; i < 100; i++) {
     double x[3], u[3];
