@@ -304,8 +304,10 @@ static zs_interval r_alpha_interval(zs_interval a, zs_interval b, numbers c)
   float unused;
   /* At opposite operands the steps' errors are divided by q = sqrt(2 + 2 alpha). */
   const float ulps = 8 + 8 * sqrtf(c.scale);
-  return zs_interval_widened(r_alpha(a.lo, b.lo, c, &unused, &unused),
-                             r_alpha(a.hi, b.hi, c, &unused, &unused), ulps);
+  const float p = r_alpha(a.lo, b.lo, c, &unused, &unused);
+  const float q = r_alpha(a.hi, b.hi, c, &unused, &unused);
+  /* In a narrow interval the roundings may be the larger part. */
+  return zs_interval_hull4(p, q, p, q, ulps);
 }
 
 static void r_alpha_bounds(const zs_bounds_arguments *x)

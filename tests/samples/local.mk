@@ -1,1 +1,2 @@
-# This room adds to the lists that Makefile.am describes.
+zs_tests += tests/samples/test_polygon
+tests_samples_test_polygon_SOURCES = tests/samples/test_polygon.c tests/random.h
