@@ -188,7 +188,8 @@ void zs_grammar_nodes(zs_grammar *grammar)
 
 #define EXPONENT "([eE][+\\-]?[0-9]+)?"
 #define EXPRESSION "\\{[^{}]+\\}"
-#define NUMBER "([+\\-]?([0-9]+(\\.[0-9]*)?|\\.[0-9]+)" EXPONENT "|" EXPRESSION ")"
+#define DECIMAL "[+\\-]?([0-9]+(\\.[0-9]*)?|\\.[0-9]+)" EXPONENT
+#define NUMBER "(" DECIMAL "|" EXPRESSION ")"
 #define SOMETHING "([0-9]*[1-9][0-9]*(\\.[0-9]*)?|[0-9]*\\.[0-9]*[1-9][0-9]*)" EXPONENT
 #define NOTHING "(0+(\\.0*)?|\\.0+)" EXPONENT
 #define POSITIVE "(\\+?" SOMETHING "|" EXPRESSION ")"
@@ -225,11 +226,13 @@ const zs_grammar_type zs_grammar_types[] = {
   {"type.scale.positive", SCALE(POSITIVE)},
   {"type.scale.not-negative", SCALE(NOT_NEGATIVE)},
   {"type.scale.not-zero", SCALE(NOT_ZERO)},
-  /* Long lists: a pattern that can be followed without going back. */
-  {"type.numbers", "([0-9eE.,+\\- ]|" EXPRESSION ")*"},
+  {"type.numbers", "(" NUMBER "(" COMMA NUMBER ")*)?"},
   {"type.expression", EXPRESSION},
 };
 const size_t zs_grammar_type_count = ZS_COUNT_OF(zs_grammar_types);
+
+/* Not every validator collapses the blanks before it looks at the pattern. */
+const char zs_grammar_decimal[] = "\\s*" DECIMAL "\\s*";
 
 static const int first_row[] = {
   [ZS_NUMBER] = 0, [ZS_INTEGER] = 4, [ZS_VECTOR2] = 8, [ZS_VECTOR3] = 12, [ZS_SCALE] = 16};

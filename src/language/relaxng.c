@@ -31,7 +31,7 @@ static void put_limited(zs_grammar *grammar, const zs_attribute *attribute)
                                                          : "<data type=\"double\">");
   zs_grammar_limit(grammar, "<param name=\"minInclusive\">", attribute->minimum, "</param>");
   zs_grammar_limit(grammar, "<param name=\"maxInclusive\">", attribute->maximum, "</param>");
-  zs_grammar_line(grammar, "<param name=\"pattern\">%s</param>", ZS_GRAMMAR_FINITE);
+  zs_grammar_line(grammar, "<param name=\"pattern\">%s</param>", zs_grammar_decimal);
   zs_grammar_close(grammar, "</data>");
   zs_grammar_line(grammar, "<ref name=\"type.expression\"/>");
 }

@@ -26,7 +26,7 @@ static void put_limited(zs_grammar *grammar, const zs_attribute *attribute)
                                                          : "<xs:restriction base=\"xs:double\">");
   zs_grammar_limit(grammar, "<xs:minInclusive value=\"", attribute->minimum, "\"/>");
   zs_grammar_limit(grammar, "<xs:maxInclusive value=\"", attribute->maximum, "\"/>");
-  zs_grammar_line(grammar, "<xs:pattern value=\"%s\"/>", ZS_GRAMMAR_FINITE);
+  zs_grammar_line(grammar, "<xs:pattern value=\"%s\"/>", zs_grammar_decimal);
   zs_grammar_close(grammar, "</xs:restriction>");
   zs_grammar_close(grammar, "</xs:simpleType>");
 }
