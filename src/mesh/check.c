@@ -264,3 +264,22 @@ bool zs_mesh_check(const zs_mesh *mesh, zs_mesh_report *report, zs_diag *diag)
     report->volume = 0;
   return true;
 }
+
+bool zs_mesh_require_manifold(const zs_mesh *mesh, const char *purpose, zs_diag *diag)
+{
+  zs_mesh_report report;
+  if (mesh->vertex_count > INT32_MAX || mesh->triangle_count > INT32_MAX / 3)
+    return zs_fail(diag, ZS_ERROR_UNABLE, NULL,
+                   "the mesh has %zu vertices and %zu triangles: too many to %s",
+                   mesh->vertex_count, mesh->triangle_count, purpose);
+  if (!zs_mesh_check(mesh, &report, diag))
+    return false;
+  size_t repeated = mesh->triangle_count - count_proper(mesh);
+  if (report.manifold && report.oriented && !repeated)
+    return true;
+  return zs_fail(diag, ZS_ERROR_UNABLE, NULL,
+                 "the mesh is no oriented manifold, which it has to be to %s: %zu edges and %zu "
+                 "vertices are not manifold, %zu triangles have a repeated corner%s",
+                 purpose, report.nonmanifold_edges, report.nonmanifold_vertices, repeated,
+                 report.oriented ? "" : ", neighbours disagree on their outside");
+}

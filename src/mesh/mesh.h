@@ -4,6 +4,10 @@
 
 #include "zeroset.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 struct zs_mesh {
   float *positions;    /* 3 per vertex */
   float *normals;      /* 3 per vertex, or NULL */
@@ -23,4 +27,13 @@ zs_mesh *zs_mesh_new(size_t vertex_count, size_t triangle_count, bool normals, z
  * precision numbers are errors that name the file and, in text, the line. */
 zs_mesh *zs_mesh_read(const char *path, zs_diag *diag);
 
+/* Whether OpenMesh's half-edges can hold the mesh: oriented, manifold (with or
+ * without boundary), no triangle with a repeated corner, and numbers that fit
+ * its signed ones.  Reports what is wrong; `purpose` says what for ("simplify
+ * it"). */
+bool zs_mesh_require_manifold(const zs_mesh *mesh, const char *purpose, zs_diag *diag);
+
+#ifdef __cplusplus
+}
+#endif
 #endif
