@@ -678,13 +678,46 @@ static void end(expansion *x)
   free(x->stack);
 }
 
-/* Whether a file has nodes outside of its objects. */
-static bool has_bare_nodes(const zs_file *file)
+/* The first node of a file that stands outside of its objects, or NULL. */
+static const zs_element *bare_node(const zs_file *file)
 {
   for (const zs_element *e = file->root->first; e; e = e->next)
     if (!find_part(&zs_document_scene, e->name))
-      return true;
-  return false;
+      return e;
+  return NULL;
+}
+
+/* The index of the last object that stands in a file (NULL: in any), or
+ * SIZE_MAX. */
+static size_t last_object(const zs_scene *scene, const zs_file *file)
+{
+  for (size_t i = scene->objects.count; i > 0; i--)
+    if (!file || zs_file_of(scene->objects.items[i - 1].element) == file)
+      return i - 1;
+  return SIZE_MAX;
+}
+
+/* The main object: `main`, or the last object of the scene's own file, or else
+ * the nodes in its root (SIZE_MAX), or else the last object it includes. */
+static size_t main_object(const zs_scene *scene)
+{
+  const char *name = scene->attributes.main;
+  const zs_name *entry = zs_names_find(&scene->object_names, name, strlen(name));
+  if (entry)
+    return entry->value;
+  size_t own = last_object(scene, scene->files);
+  return own == SIZE_MAX && !bare_node(scene->files) ? last_object(scene, NULL) : own;
+}
+
+static void warn_of_unused_nodes(const zs_scene *scene, zs_diag *diag)
+{
+  const zs_element *bare = bare_node(scene->files);
+  size_t index = main_object(scene);
+  if (!bare || index == SIZE_MAX)
+    return;
+  zs_place place = zs_element_place(bare);
+  zs_report(diag, ZS_WARNING, ZS_OK, &place, NULL, "not part of the main object, '%s'",
+            scene->objects.items[index].id);
 }
 
 void zs_scene_validate(zs_scene *scene, zs_diag *diag)
@@ -698,39 +731,22 @@ void zs_scene_validate(zs_scene *scene, zs_diag *diag)
       object_node(&x, i);
     for (const zs_file *file = scene->files; file && !x.halted; file = file->next)
       expand_children(&x, file->root, (context){&zs_document_scene, file->root});
+    warn_of_unused_nodes(scene, diag);
     end(&x);
   }
   zs_arena_free(&arena);
 }
 
-/* The index of the last object that stands in a file, or SIZE_MAX; NULL: in
- * any file. */
-static size_t last_object(const zs_scene *scene, const zs_file *file)
-{
-  for (size_t i = scene->objects.count; i > 0; i--)
-    if (!file || zs_file_of(scene->objects.items[i - 1].element) == file)
-      return i - 1;
-  return SIZE_MAX;
-}
-
-/* The main object: `main`, or the last object of the scene's own file, or the
- * nodes in its root, or the last object it includes. */
 static zs_node *main_node(expansion *x)
 {
-  zs_scene *scene = x->scene;
-  const char *name = scene->attributes.main;
-  size_t index = last_object(scene, scene->files);
-  if (*name) {
-    const zs_name *entry = zs_names_find(&scene->object_names, name, strlen(name));
-    index = entry ? entry->value : SIZE_MAX;
-  } else if (index == SIZE_MAX && has_bare_nodes(scene->files)) {
-    return expand_body(x, scene->files->root, &zs_document_scene, NULL, "scene", NULL);
-  } else if (index == SIZE_MAX) {
-    index = last_object(scene, NULL);
-  }
+  const zs_scene *scene = x->scene;
+  const zs_element *root = scene->files->root;
+  size_t index = main_object(scene);
   if (index != SIZE_MAX)
     return object_node(x, index);
-  zs_place place = zs_element_place(scene->files->root);
+  if (bare_node(scene->files))
+    return expand_body(x, root, &zs_document_scene, NULL, "scene", NULL);
+  zs_place place = zs_element_place(root);
   zs_report(x->diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL,
             "the scene describes no solid; expected an object or a node");
   return NULL;

@@ -1,6 +1,8 @@
 #include "scene/gate.h"
 
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 enum { KEY_SIZE = 512 };
 
@@ -25,32 +27,79 @@ static bool is_new(zs_names *names, zs_arena *arena, const zs_diagnostic *d)
   return true;
 }
 
-static void pass(zs_diag *outer, const zs_diagnostic *d)
+/* Number of a file in the order of their first diagnostics. */
+static unsigned file_number(zs_gate *gate, const char *file)
 {
-  if (outer->report)
+  const char *name = file ? file : "";
+  const zs_name *known = zs_names_find(&gate->files, name, strlen(name));
+  if (known)
+    return known->value;
+  unsigned number = gate->files.count;
+  const char *copy = zs_arena_string(&gate->arena, name, strlen(name));
+  if (copy)
+    zs_names_add(&gate->files, &gate->arena, copy, strlen(name), number);
+  return number;
+}
+
+/* Copy a string that may be NULL. */
+static const char *keep(zs_gate *gate, const char *text, bool *good)
+{
+  const char *copy = text ? zs_arena_string(&gate->arena, text, strlen(text)) : NULL;
+  *good = *good && (copy || !text);
+  return copy;
+}
+
+/* Remember a diagnostic; false when memory is out. */
+static bool add(zs_gate *gate, const zs_diagnostic *d)
+{
+  zs_gate_entry *entry = ZS_ARENA_NEW(&gate->arena, zs_gate_entry, 1);
+  if (!entry)
+    return false;
+  bool good = true;
+  entry->diagnostic = *d;
+  entry->diagnostic.file = keep(gate, d->file, &good);
+  entry->diagnostic.element = keep(gate, d->element, &good);
+  entry->diagnostic.attribute = keep(gate, d->attribute, &good);
+  entry->diagnostic.message = keep(gate, d->message, &good);
+  entry->diagnostic.hint = keep(gate, d->hint, &good);
+  entry->diagnostic.source_line = keep(gate, d->source_line, &good);
+  if (!good)
+    return false;
+  entry->file = file_number(gate, d->file);
+  entry->sequence = gate->count++;
+  entry->next = gate->entries;
+  gate->entries = entry;
+  return true;
+}
+
+/* Hand one diagnostic to the caller's sink. */
+static void pass(zs_diag *outer, const zs_diagnostic *d, bool shown)
+{
+  if (d->severity == ZS_ERROR) {
+    if (!outer->errors)
+      outer->status = d->code;
+    outer->errors++;
+  } else if (d->severity == ZS_WARNING) {
+    outer->warnings++;
+  }
+  if (shown && outer->report)
     outer->report(outer->context, d);
 }
 
 static void report(void *context, const zs_diagnostic *d)
 {
   zs_gate *gate = context;
-  zs_diag *outer = gate->outer;
-  bool warning = d->severity == ZS_WARNING;
-  if (!outer || !(warning ? is_new(&gate->warned->names, &gate->warned->arena, d)
-                          : is_new(&gate->errors, &gate->arena, d)))
+  if (!gate->outer)
     return;
-  if (warning)
-    outer->warnings++;
-  if (d->severity != ZS_ERROR) {
-    pass(outer, d);
+  bool fresh = d->severity == ZS_WARNING
+                 ? is_new(&gate->warned->names, &gate->warned->arena, d)
+                 : is_new(&gate->errors, &gate->arena, d);
+  if (!fresh)
     return;
-  }
-  if (!outer->errors)
-    outer->status = d->code;
-  outer->errors++;
-  if (gate->shown < ZS_GATE_MAXIMUM)
-    pass(outer, d);
-  gate->shown++;
+  if (gate->count == ZS_GATE_KEPT)
+    gate->dropped += d->severity == ZS_ERROR;
+  else if (!add(gate, d))
+    pass(gate->outer, d, true);
 }
 
 void zs_gate_open(zs_gate *gate, zs_diag *outer, zs_warned *warned)
@@ -59,12 +108,47 @@ void zs_gate_open(zs_gate *gate, zs_diag *outer, zs_warned *warned)
   gate->diag = (zs_diag){.report = report, .context = gate};
 }
 
+static int compare(const void *left, const void *right)
+{
+  const zs_gate_entry *a = *(zs_gate_entry *const *)left, *b = *(zs_gate_entry *const *)right;
+  if (a->file != b->file)
+    return a->file < b->file ? -1 : 1;
+  const zs_diagnostic *c = &a->diagnostic, *d = &b->diagnostic;
+  if (c->line != d->line)
+    return c->line < d->line ? -1 : 1;
+  if (c->column != d->column)
+    return c->column < d->column ? -1 : 1;
+  return a->sequence < b->sequence ? -1 : 1;
+}
+
+/* Pass the entries on in the order of the text. */
+static void pass_all(zs_gate *gate, zs_gate_entry **sorted)
+{
+  unsigned errors = 0, i = gate->count;
+  for (zs_gate_entry *entry = gate->entries; entry; entry = entry->next)
+    sorted[--i] = entry;
+  qsort(sorted, gate->count, sizeof(zs_gate_entry *), compare);
+  for (i = 0; i < gate->count; i++) {
+    const zs_diagnostic *d = &sorted[i]->diagnostic;
+    errors += d->severity == ZS_ERROR;
+    pass(gate->outer, d, errors <= ZS_GATE_SHOWN);
+  }
+  errors += gate->dropped;
+  gate->outer->errors += gate->dropped;
+  if (errors > ZS_GATE_SHOWN)
+    zs_report(gate->outer, ZS_NOTE, ZS_OK, NULL, NULL, "%u more errors are not shown",
+              errors - ZS_GATE_SHOWN);
+}
+
 bool zs_gate_close(zs_gate *gate)
 {
-  if (gate->shown > ZS_GATE_MAXIMUM)
-    zs_report(gate->outer, ZS_NOTE, ZS_OK, NULL, NULL,
-              "%u more errors; the first %d are shown", gate->shown - ZS_GATE_MAXIMUM,
-              ZS_GATE_MAXIMUM);
+  if (gate->count) {
+    zs_gate_entry **sorted = ZS_ARENA_NEW(&gate->arena, zs_gate_entry *, gate->count);
+    if (sorted)
+      pass_all(gate, sorted);
+    else
+      zs_fail_memory(gate->outer);
+  }
   zs_arena_free(&gate->arena);
   return gate->diag.errors == 0;
 }

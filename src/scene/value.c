@@ -452,7 +452,7 @@ static bool check_count(const input *in, size_t count)
   snprintf(problem, sizeof problem, count == 1 ? "is one number" : "has %zu numbers", count);
   if (count == 0)
     snprintf(problem, sizeof problem, "is empty");
-  const char *hint = count > wanted && memchr(in->written->value, ',', in->written->length)
+  const char *hint = count > 1 && memchr(in->written->value, ',', in->written->length)
                        ? "decimals are written with a point"
                        : NULL;
   return fail_value(in, ZS_ERROR_SYNTAX, hint, problem);
