@@ -1,5 +1,7 @@
 #include "cli/report.h"
 
+#include "cli/text.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,46 +67,51 @@ static bool seen_before(cli_reporter *reporter, const zs_diagnostic *d)
   return false;
 }
 
-/* Text of a file, which may hold anything: nothing may reach the terminal that
- * steers it. */
-static void put_text(const char *text)
-{
-  for (; *text; text++)
-    fputc((unsigned char)*text < ' ' || *text == 0x7f ? '?' : *text, stderr);
-}
-
-static bool continuation(char c)
-{
-  return ((unsigned char)c & 0xc0) == 0x80;
-}
-
-/* The next character of UTF-8 text. */
+/* The next character of a text; a byte that is none counts as one. */
 static const char *next_character(const char *text)
 {
-  text++;
-  while (continuation(*text))
-    text++;
-  return text;
+  size_t length = cli_character_length(text);
+  return text + (length ? length : 1);
+}
+
+/* Print a part of a text, which may hold anything: nothing may reach the
+ * terminal that steers it. */
+static void put_part(const char *text, const char *end)
+{
+  while (text < end) {
+    const char *next = next_character(text);
+    if (cli_character_length(text))
+      fwrite(text, 1, (size_t)(next - text), stderr);
+    else
+      fputc(*text == '\t' ? ' ' : '?', stderr);
+    text = next;
+  }
+}
+
+static void put_text(const char *text)
+{
+  put_part(text, text + strlen(text));
 }
 
 enum { MARGIN = 2, WINDOW = 100 }; /* columns of the source line that are shown */
+
+/* Up to `count` characters further on. */
+static const char *advance(const char *text, unsigned count)
+{
+  for (unsigned i = 0; i < count && *text; i++)
+    text = next_character(text);
+  return text;
+}
 
 /* The source line, or the part of a long one around the column, and a caret. */
 static void put_source(const cli_reporter *reporter, const zs_diagnostic *d)
 {
   unsigned column = d->column ? d->column : 1;
   unsigned skipped = column > WINDOW * 3 / 4 ? column - WINDOW / 2 : 0;
-  const char *text = d->source_line;
-  for (unsigned i = 0; i < skipped && *text; i++)
-    text = next_character(text);
-  fprintf(stderr, "%*s", MARGIN, "");
-  if (skipped)
-    fputs("...", stderr);
-  const char *end = text;
-  for (unsigned i = 0; i < WINDOW && *end; i++)
-    end = next_character(end);
-  for (const char *c = text; c < end; c++)
-    fputc(*c == '\t' ? ' ' : (unsigned char)*c < ' ' || *c == 0x7f ? '?' : *c, stderr);
+  const char *text = advance(d->source_line, skipped);
+  const char *end = advance(text, WINDOW);
+  fprintf(stderr, "%*s%s", MARGIN, "", skipped ? "..." : "");
+  put_part(text, end);
   fputs(*end ? "...\n" : "\n", stderr);
   if (!d->column)
     return;
@@ -147,7 +154,7 @@ void cli_report(void *context, const zs_diagnostic *d)
     fprintf(stderr, "%s: ", d->attribute);
   put_text(d->message);
   fputc('\n', stderr);
-  if (d->source_line)
+  if (d->source_line && *d->source_line)
     put_source(reporter, d);
   if (d->hint) {
     fprintf(stderr, "%*shint: ", MARGIN, "");
@@ -188,17 +195,20 @@ void cli_number_text(double value, char text[32])
   }
 }
 
+/* JSON is UTF-8, and file names may be anything: bytes that are no character
+ * become U+FFFD. */
 static void put_json_text(FILE *stream, const char *text)
 {
   fputc('"', stream);
-  for (; *text; text++) {
-    unsigned char c = (unsigned char)*text;
-    if (c == '"' || c == '\\')
-      fprintf(stream, "\\%c", c);
-    else if (c < ' ' || c == 0x7f)
-      fprintf(stream, "\\u%04x", c);
+  while (*text) {
+    size_t length = cli_character_length(text);
+    if (*text == '"' || *text == '\\')
+      fputc('\\', stream);
+    if (length)
+      fwrite(text, 1, length, stream);
     else
-      fputc(c, stream);
+      fprintf(stream, "\\u%04x", (unsigned char)*text < 0x80 ? (unsigned char)*text : 0xfffd);
+    text += length ? length : 1;
   }
   fputc('"', stream);
 }

@@ -136,6 +136,25 @@ const char *cli_suggest(const char *word, const char *const *names, size_t count
   return nearest;
 }
 
+size_t cli_character_length(const char *text)
+{
+  const unsigned char *c = (const unsigned char *)text;
+  if (c[0] < 0x80)
+    return c[0] >= ' ' && c[0] != 0x7f;
+  size_t length = c[0] >= 0xf0 ? 4 : c[0] >= 0xe0 ? 3 : 2;
+  uint32_t code = c[0] & (0xffu >> (length + 1));
+  for (size_t i = 1; i < length; i++) {
+    if ((c[i] & 0xc0) != 0x80)
+      return 0;
+    code = code << 6 | (c[i] & 0x3f);
+  }
+  /* Below 0xa0 are control characters and what has a shorter form. */
+  static const uint32_t least[] = {0xa0, 0x800, 0x10000};
+  bool surrogate = code >= 0xd800 && code <= 0xdfff;
+  bool good = c[0] >= 0xc0 && c[0] <= 0xf4 && code >= least[length - 2] && code <= 0x10ffff;
+  return good && !surrogate ? length : 0;
+}
+
 bool cli_ends_with(const char *text, const char *ending)
 {
   size_t m = strlen(text), n = strlen(ending);

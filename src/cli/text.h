@@ -30,6 +30,10 @@ bool cli_bytes_parse(const char *text, uint64_t *value);
  * near. */
 const char *cli_suggest(const char *word, const char *const *names, size_t count);
 
+/* The bytes of the UTF-8 character at the start of `text`, or 0 when it is none,
+ * or one that controls a terminal; the end of the text counts as one of those. */
+size_t cli_character_length(const char *text);
+
 /* Whether `text` ends in `ending`, upper and lower case alike. */
 bool cli_ends_with(const char *text, const char *ending);
 

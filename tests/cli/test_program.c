@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
 #include <stdbool.h>
@@ -72,6 +72,9 @@ static void redirect(const char *name, int flags, int descriptor)
     _exit(126);
 }
 
+/* Where the next program's standard error goes; -1: into run.err. */
+static int standard_error = -1;
+
 /* Start `zeroset` with words separated by '|', standard input from a file. */
 static pid_t start(const char *words, const char *input)
 {
@@ -88,7 +91,10 @@ static pid_t start(const char *words, const char *input)
     arguments[count++] = word;
   redirect(input ? input : "/dev/null", 0, STDIN_FILENO);
   redirect("run.out", 1, STDOUT_FILENO);
-  redirect("run.err", 1, STDERR_FILENO);
+  if (standard_error < 0)
+    redirect("run.err", 1, STDERR_FILENO);
+  else if (dup2(standard_error, STDERR_FILENO) < 0)
+    _exit(126);
   execv(program, arguments);
   _exit(127);
 }
@@ -549,7 +555,14 @@ static void test_eval_binary_ends_inside_a_point(void **state)
   expect("eval|s.xml|--binary", "points", 3, "ends inside a point");
 }
 
-/* ---- Interruption ----------------------------------------------------------------- */
+/* ---- Long jobs --------------------------------------------------------------------- */
+
+/* A job that would take hours. */
+static const char slow_scene[] =
+  "<scene><domain min='-9 -9 -9' max='9 9 9'/><formula>"
+  "sin(3*x)*cos(5*y) + sin(7*z)*cos(2*x) + sin(x*y) - 0.1</formula></scene>";
+static const char slow_job[] =
+  "voxel|slow.xml|-o|slow.raw|--resolution|10000|--brute|--threads|1";
 
 /* Whether the folder holds a file whose name begins with `prefix`. */
 static bool any_file(const char *prefix)
@@ -561,16 +574,16 @@ static bool any_file(const char *prefix)
 
 static void interrupt(int number)
 {
-  write_file("slow.xml", "<scene><domain min='-9 -9 -9' max='9 9 9'/><formula>"
-                         "sin(3*x)*cos(5*y) + sin(7*z)*cos(2*x) + sin(x*y) - 0.1</formula></scene>");
-  pid_t child = start("voxel|slow.xml|-o|slow.raw|--resolution|3000|--brute|--threads|1", NULL);
+  write_file("slow.xml", slow_scene);
+  pid_t child = start(slow_job, NULL);
   /* Wait until it is writing, so that there is something to leave behind. */
-  for (int i = 0; i < 600 && !any_file("slow.raw"); i++)
+  for (int i = 0; i < 3000 && !any_file("slow.raw"); i++)
     usleep(20000);
   assert_true(any_file("slow.raw"));
   kill(child, number);
   run r = finish(child);
   assert_int_equal(r.status, 128 + number);
+  assert_string_equal(r.err, ""); /* and no progress bar in a file */
   assert_false(any_file("slow.raw"));
   done(&r);
 }
@@ -580,6 +593,72 @@ static void test_interrupted_leaves_no_file(void **state)
   (void)state;
   interrupt(SIGINT);
   interrupt(SIGTERM);
+}
+
+static void test_memory_limit(void **state)
+{
+  (void)state;
+  write_file("s.xml", sphere);
+  expect("mesh|s.xml|-o|limit.stl|--resolution|400|--memory|100k", NULL, 4, "error: ");
+  assert_false(exists("limit.stl"));
+}
+
+/* Read a terminal until a text has come; the whole is in `seen`. */
+static void read_until(int terminal, const char *text, char *seen, size_t size)
+{
+  size_t used = 0;
+  while (!strstr(seen, text) && used + 1 < size) {
+    ssize_t got = read(terminal, seen + used, size - 1 - used);
+    if (got <= 0)
+      fail_msg("the terminal ended with: %s", seen);
+    used += (size_t)got;
+    seen[used] = '\0';
+  }
+}
+
+/* Start with standard error on a new terminal; returns its other end. */
+static int start_on_terminal(const char *words, pid_t *child)
+{
+  int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  assert_true(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+  int slave = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+  assert_true(slave >= 0);
+  standard_error = slave;
+  *child = start(words, NULL);
+  standard_error = -1;
+  close(slave);
+  return terminal;
+}
+
+static void test_progress_on_a_terminal(void **state)
+{
+  (void)state;
+  char seen[8192] = "";
+  pid_t child;
+  write_file("slow.xml", slow_scene);
+  int terminal = start_on_terminal(slow_job, &child);
+  read_until(terminal, " left", seen, sizeof seen);
+  assert_non_null(strstr(seen, " % "));
+  assert_non_null(strstr(seen, "samples/s"));
+  kill(child, SIGINT);
+  int status;
+  assert_int_equal(waitpid(child, &status, 0), child);
+  assert_int_equal(WEXITSTATUS(status), 128 + SIGINT);
+  close(terminal);
+}
+
+static void test_colour_on_a_terminal(void **state)
+{
+  (void)state;
+  char seen[8192] = "";
+  pid_t child;
+  write_file("bad.xml", "<scene>\n<shpere/></scene>");
+  setenv("TERM", "xterm", 1);
+  unsetenv("NO_COLOR");
+  int terminal = start_on_terminal("check|bad.xml", &child);
+  read_until(terminal, "\033[1;31merror:\033[m", seen, sizeof seen);
+  assert_int_equal(waitpid(child, NULL, 0), child);
+  close(terminal);
 }
 
 static void test_full_output_is_an_error(void **state)
@@ -626,6 +705,9 @@ int main(void)
     cmocka_unit_test(test_eval_round_trip),
     cmocka_unit_test(test_eval_binary_ends_inside_a_point),
     cmocka_unit_test(test_interrupted_leaves_no_file),
+    cmocka_unit_test(test_memory_limit),
+    cmocka_unit_test(test_progress_on_a_terminal),
+    cmocka_unit_test(test_colour_on_a_terminal),
     cmocka_unit_test(test_full_output_is_an_error),
   };
   return cmocka_run_group_tests(tests, enter_folder, leave_folder);

@@ -77,6 +77,25 @@ static void test_suggestions(void **state)
   assert_null(cli_suggest("a", names, 4)); /* one letter is no hint at another */
 }
 
+static void test_characters(void **state)
+{
+  (void)state;
+  static const struct {
+    const char *text;
+    size_t length;
+  } cases[] = {
+    {"a", 1},         {" ", 1},         {"~", 1},            {"", 0},
+    {"\t", 0},        {"\033[m", 0},    {"\x7f", 0},         {"\xc3\xa4x", 2},
+    {"\xc2\xa0", 2},  {"\xc2\x9b", 0},  {"\xc0\xaf", 0},     {"\xe2\x82\xac", 3},
+    {"\xe0\x80\xaf", 0}, {"\xed\xa0\x80", 0}, {"\xf0\x9f\x98\x80", 4}, {"\xf4\x90\x80\x80", 0},
+    {"\x80", 0},      {"\xc3", 0},      {"\xe2\x82", 0},     {"\xff\xff\xff\xff", 0},
+    {"\xfc\x80\x80\x80", 0},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    if (cli_character_length(cases[i].text) != cases[i].length)
+      fail_msg("case %zu: %zu", i, cli_character_length(cases[i].text));
+}
+
 static void test_endings(void **state)
 {
   (void)state;
@@ -111,7 +130,8 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_numbers),     cmocka_unit_test(test_integers),
     cmocka_unit_test(test_bytes),       cmocka_unit_test(test_suggestions),
-    cmocka_unit_test(test_endings),     cmocka_unit_test(test_frame_names),
+    cmocka_unit_test(test_characters),  cmocka_unit_test(test_endings),
+    cmocka_unit_test(test_frame_names),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
