@@ -9,34 +9,38 @@
 enum {
   TOP = 4,               /* octrees along each side of the cube */
   TOPS = TOP * TOP * TOP,
-  DEPTH = 4              /* divisions of a top cell */
+  DEPTH = 5              /* divisions of a top cell */
 };
 static const double HALF = 1.25; /* half the cube's side */
 
 /* Centres with q below the first are expanded once for a cell and all below it;
  * below the second, for each cell anew; the others are bounded one by one. */
-static const double INHERITED = 0.3, EXPANDED = 0.9;
+static const double INHERITED = 0.25, EXPANDED = 0.9;
 
-/* max |C_7| of each kernel, rounded up; later ones are smaller. */
-static const double TERM[ZS_RBF_KERNEL_COUNT] = {0.0479, 0.0342, 0.0744, 0.0553, 0.0682};
+/* max |C_9| of each kernel, rounded up; later ones are smaller. */
+static const double TERM[ZS_RBF_KERNEL_COUNT] = {0.0321, 0.0157, 0.0187, 0.0312, 0.0241};
 
-const zs_rbf_monomial zs_rbf_taylor_monomials[ZS_RBF_TAYLOR] = {
-  {{0, 0, 0}},
-  {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}},
-  {{2, 0, 0}}, {{1, 1, 0}}, {{1, 0, 1}}, {{0, 2, 0}}, {{0, 1, 1}}, {{0, 0, 2}},
-  {{3, 0, 0}}, {{2, 1, 0}}, {{2, 0, 1}}, {{1, 2, 0}}, {{1, 1, 1}}, {{1, 0, 2}}, {{0, 3, 0}},
-  {{0, 2, 1}}, {{0, 1, 2}}, {{0, 0, 3}},
-  {{4, 0, 0}}, {{3, 1, 0}}, {{3, 0, 1}}, {{2, 2, 0}}, {{2, 1, 1}}, {{2, 0, 2}}, {{1, 3, 0}},
-  {{1, 2, 1}}, {{1, 1, 2}}, {{1, 0, 3}}, {{0, 4, 0}}, {{0, 3, 1}}, {{0, 2, 2}}, {{0, 1, 3}},
-  {{0, 0, 4}},
-  {{5, 0, 0}}, {{4, 1, 0}}, {{4, 0, 1}}, {{3, 2, 0}}, {{3, 1, 1}}, {{3, 0, 2}}, {{2, 3, 0}},
-  {{2, 2, 1}}, {{2, 1, 2}}, {{2, 0, 3}}, {{1, 4, 0}}, {{1, 3, 1}}, {{1, 2, 2}}, {{1, 1, 3}},
-  {{1, 0, 4}}, {{0, 5, 0}}, {{0, 4, 1}}, {{0, 3, 2}}, {{0, 2, 3}}, {{0, 1, 4}}, {{0, 0, 5}},
-  {{6, 0, 0}}, {{5, 1, 0}}, {{5, 0, 1}}, {{4, 2, 0}}, {{4, 1, 1}}, {{4, 0, 2}}, {{3, 3, 0}},
-  {{3, 2, 1}}, {{3, 1, 2}}, {{3, 0, 3}}, {{2, 4, 0}}, {{2, 3, 1}}, {{2, 2, 2}}, {{2, 1, 3}},
-  {{2, 0, 4}}, {{1, 5, 0}}, {{1, 4, 1}}, {{1, 3, 2}}, {{1, 2, 3}}, {{1, 1, 4}}, {{1, 0, 5}},
-  {{0, 6, 0}}, {{0, 5, 1}}, {{0, 4, 2}}, {{0, 3, 3}}, {{0, 2, 4}}, {{0, 1, 5}}, {{0, 0, 6}},
-};
+void zs_rbf_layout_init(zs_rbf_layout *layout)
+{
+  enum { SIDE = ZS_RBF_DEGREE + 1 };
+  uint8_t at[SIDE][SIDE][SIDE];
+  unsigned n = 0;
+  for (int degree = 0; degree <= ZS_RBF_DEGREE; degree++)
+    for (int i = degree; i >= 0; i--)
+      for (int j = degree - i; j >= 0; j--) {
+        const int k = degree - i - j;
+        layout->power[n][0] = (uint8_t)i;
+        layout->power[n][1] = (uint8_t)j;
+        layout->power[n][2] = (uint8_t)k;
+        layout->lower[n][0] = i > 0 ? at[i - 1][j][k] : ZS_RBF_NONE;
+        layout->lower[n][1] = j > 0 ? at[i][j - 1][k] : ZS_RBF_NONE;
+        layout->lower[n][2] = k > 0 ? at[i][j][k - 1] : ZS_RBF_NONE;
+        layout->twice_lower[n][0] = i > 1 ? at[i - 2][j][k] : ZS_RBF_NONE;
+        layout->twice_lower[n][1] = j > 1 ? at[i][j - 2][k] : ZS_RBF_NONE;
+        layout->twice_lower[n][2] = k > 1 ? at[i][j][k - 2] : ZS_RBF_NONE;
+        at[i][j][k] = (uint8_t)n++;
+      }
+}
 
 /* f over a cell lies in lo .. hi. */
 typedef struct node {
@@ -57,6 +61,7 @@ typedef struct grown {
 
 /* What is the same for all cells. */
 typedef struct builder {
+  zs_rbf_layout layout;
   zs_rbf_kernel kernel;
   const zs_rbf_centre *centres;
   size_t count;
@@ -92,36 +97,35 @@ static void shift_row(double *c, size_t stride, int n, double by)
 }
 
 /* The series about a point `by` further on. */
-static void shift(const double from[ZS_RBF_TAYLOR], const double by[3], double to[ZS_RBF_TAYLOR])
+static void shift(const zs_rbf_layout *layout, const double from[ZS_RBF_TAYLOR], const double by[3], double to[ZS_RBF_TAYLOR])
 {
   enum { SIDE = ZS_RBF_DEGREE + 1 };
   cube c = {{{0}}};
   for (int n = 0; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = zs_rbf_taylor_monomials[n].power;
+    const uint8_t *p = layout->power[n];
     c[p[0]][p[1]][p[2]] = from[n];
   }
-  for (int i = 0; i < SIDE; i++)
-    for (int j = 0; j < SIDE - i; j++) {
-      const int n = SIDE - i - j;
-      shift_row(&c[0][i][j], SIDE * SIDE, n, by[0]);
-      shift_row(&c[i][0][j], SIDE, n, by[1]);
-      shift_row(&c[i][j][0], 1, n, by[2]);
-    }
+  for (int axis = 0; axis < 3; axis++)
+    for (int i = 0; i < SIDE; i++)
+      for (int j = 0; j < SIDE - i; j++) {
+        double *row = axis == 0 ? &c[0][i][j] : axis == 1 ? &c[i][0][j] : &c[i][j][0];
+        shift_row(row, axis == 0 ? SIDE * SIDE : axis == 1 ? SIDE : 1, SIDE - i - j, by[axis]);
+      }
   for (int n = 0; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = zs_rbf_taylor_monomials[n].power;
+    const uint8_t *p = layout->power[n];
     to[n] = c[p[0]][p[1]][p[2]];
   }
 }
 
 /* Enclose a polynomial over |t_k| <= half, monomial by monomial. */
-static void polynomial_bounds(const double c[ZS_RBF_TAYLOR], double half, double *lo, double *hi)
+static void polynomial_bounds(const zs_rbf_layout *layout, const double c[ZS_RBF_TAYLOR], double half, double *lo, double *hi)
 {
   double power[ZS_RBF_DEGREE + 1] = {1};
   for (int k = 1; k <= ZS_RBF_DEGREE; k++)
     power[k] = power[k - 1] * half;
   *lo = *hi = c[0];
   for (int n = 1; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = zs_rbf_taylor_monomials[n].power;
+    const uint8_t *p = layout->power[n];
     const double most = c[n] * power[p[0] + p[1] + p[2]];
     const bool even = p[0] % 2 == 0 && p[1] % 2 == 0 && p[2] % 2 == 0;
     *lo += even ? fmin(most, 0) : -fabs(most);
@@ -146,10 +150,11 @@ static double radius_of(const cell *c)
 /* What the series of a centre at a distance leaves out. */
 static double remainder_of(const builder *b, uint32_t centre, double distance, double q)
 {
-  static const double twice_power[ZS_RBF_KERNEL_COUNT] = {1, 3, 5, 2, 4};
-  double q2 = q * q, q7 = q2 * q2 * q2 * q;
-  return TERM[b->kernel] * fabs(b->centres[centre].weight) *
-         pow(distance, twice_power[b->kernel]) * q7 / (1 - q);
+  static const unsigned twice_power[ZS_RBF_KERNEL_COUNT] = {1, 3, 5, 2, 4};
+  double q3 = q * q * q, q9 = q3 * q3 * q3, power = distance;
+  for (unsigned i = 1; i < twice_power[b->kernel]; i++)
+    power *= distance;
+  return TERM[b->kernel] * fabs(b->centres[centre].weight) * power * q9 / (1 - q);
 }
 
 /* Enclose phi (r) over r_lo .. r_hi. */
@@ -174,7 +179,7 @@ static void make_cell(const builder *b, const cell *parent, const double middle[
     c->middle[k] = middle[k];
     by[k] = middle[k] - parent->middle[k];
   }
-  shift(parent->taylor, by, c->taylor);
+  shift(&b->layout, parent->taylor, by, c->taylor);
   const double h = radius_of(c);
   size_t count = 0;
   for (size_t i = 0; i < parent->near_count; i++) {
@@ -187,29 +192,50 @@ static void make_cell(const builder *b, const cell *parent, const double middle[
       near[c->near_count++] = centre;
     }
   }
-  b->expand(b->kernel, middle, b->centres, expanded, count, c->taylor);
+  b->expand(&b->layout, b->kernel, middle, b->centres, expanded, count, c->taylor);
 }
 
-static node enclose(const builder *b, const cell *c, uint32_t *expanded)
+/* What a cell's enclosure is off by, and f in its middle: little work, compared
+ * with the series of the centres near it, which go to the list `expanded`.
+ * `constant` is the part of the other near ones. */
+static double error_of(const builder *b, const cell *c, uint32_t *expanded, size_t *count,
+                       double *constant, double *value)
 {
-  double taylor[ZS_RBF_TAYLOR], error = c->error + b->rounding, lo, hi;
   const double h = radius_of(c);
-  size_t count = 0;
-  memcpy(taylor, c->taylor, sizeof taylor);
+  double error = c->error + b->rounding;
+  *count = 0;
+  *constant = 0;
+  *value = c->taylor[0];
   for (size_t i = 0; i < c->near_count; i++) {
     const uint32_t centre = c->near[i];
     const double r = distance(b, c->middle, centre), weight = b->centres[centre].weight;
+    *value += weight * zs_rbf_phi(b->kernel, r * r);
     if (h < EXPANDED * r) {
-      expanded[count++] = centre;
+      expanded[(*count)++] = centre;
       error += remainder_of(b, centre, r, h / r);
     } else {
+      double lo, hi;
       kernel_range(b->kernel, fmax(r - h, 0), r + h, &lo, &hi);
-      taylor[0] += weight * (lo + hi) / 2;
+      *constant += weight * (lo + hi) / 2;
       error += fabs(weight) * (hi - lo) / 2;
     }
   }
-  b->expand(b->kernel, c->middle, b->centres, expanded, count, taylor);
-  polynomial_bounds(taylor, c->half, &lo, &hi);
+  return error;
+}
+
+/* Enclose f over a cell; without ends when the middle alone shows that no sign
+ * would be certain. */
+static node enclose(const builder *b, const cell *c, uint32_t *expanded)
+{
+  double taylor[ZS_RBF_TAYLOR], constant, value, lo, hi;
+  size_t count;
+  const double error = error_of(b, c, expanded, &count, &constant, &value);
+  if (error >= fabs(value))
+    return (node){-INFINITY, INFINITY, 0};
+  memcpy(taylor, c->taylor, sizeof taylor);
+  taylor[0] += constant;
+  b->expand(&b->layout, b->kernel, c->middle, b->centres, expanded, count, taylor);
+  polynomial_bounds(&b->layout, taylor, c->half, &lo, &hi);
   return (node){nextafterf((float)(lo - error), -INFINITY),
                 nextafterf((float)(hi + error), INFINITY), 0};
 }
@@ -343,6 +369,7 @@ zs_rbf_tree *zs_rbf_tree_new(zs_rbf_kernel kernel, const zs_rbf_centre *centres,
                              const double polynomial[10], unsigned threads)
 {
   builder b = {.kernel = kernel, .centres = centres, .count = count, .expand = expand_of_machine()};
+  zs_rbf_layout_init(&b.layout);
   b.rounding = rounding_of(&b, polynomial);
   grown *tops = calloc(TOPS, sizeof *tops);
   uint32_t *list = malloc(count * sizeof *list);
@@ -421,4 +448,6 @@ void zs_rbf_tree_bounds(const zs_rbf_tree *tree, const float lo[3], const float 
     top_middle(t, middle);
     ask(tree, t, middle, HALF / TOP, lo, hi, result);
   }
+  if (isinf(result[0]) || isinf(result[1]))
+    result[0] = result[1] = NAN;
 }

@@ -8,8 +8,8 @@
  *   phi(|m + t - c|) = sum_k R^(2a - k) |t|^k C_k (cos angle),   R = |m - c|,
  *
  * with Gegenbauer polynomials C_k (and much the same for the logarithmic
- * kernels).  The sum of all series up to degree 6 is one polynomial, with a
- * remainder of at most C |d| R^2a q^7 / (1 - q), q = h / R, per centre.  Centres
+ * kernels).  The sum of all series up to degree 8 is one polynomial, with a
+ * remainder of at most C |d| R^2a q^9 / (1 - q), q = h / R, per centre.  Centres
  * too near for that are bounded one by one.
  *
  * Cells form octrees over a cube two and a half times as wide as the unit box;
@@ -23,15 +23,19 @@
 typedef struct zs_rbf_centre zs_rbf_centre;
 
 enum {
-  ZS_RBF_DEGREE = 6, /* of the polynomials */
-  ZS_RBF_TAYLOR = 84 /* coefficients up to that degree in three variables */
+  ZS_RBF_DEGREE = 8,   /* of the polynomials */
+  ZS_RBF_TAYLOR = 165, /* coefficients up to that degree in three variables */
+  ZS_RBF_NONE = ZS_RBF_TAYLOR
 };
 
-/* Exponents of the coefficients, by degree. */
-typedef struct zs_rbf_monomial {
-  uint8_t power[3];
-} zs_rbf_monomial;
-extern const zs_rbf_monomial zs_rbf_taylor_monomials[ZS_RBF_TAYLOR];
+/* How coefficients are laid out: by degree, then by falling power of x, of y. */
+typedef struct zs_rbf_layout {
+  uint8_t power[ZS_RBF_TAYLOR][3];
+  /* Where the coefficients of one and of two powers less are, or ZS_RBF_NONE. */
+  uint8_t lower[ZS_RBF_TAYLOR][3], twice_lower[ZS_RBF_TAYLOR][3];
+} zs_rbf_layout;
+
+void zs_rbf_layout_init(zs_rbf_layout *layout);
 
 typedef struct zs_rbf_tree zs_rbf_tree;
 
@@ -51,9 +55,9 @@ size_t zs_rbf_tree_bytes(const zs_rbf_tree *tree);
 
 /* Add to `taylor` the series about `middle` of the listed centres, all away
  * from it.  Built once per instruction set. */
-typedef void zs_rbf_expand(zs_rbf_kernel kernel, const double middle[3],
-                           const zs_rbf_centre *centres, const uint32_t *list, size_t count,
-                           double taylor[ZS_RBF_TAYLOR]);
+typedef void zs_rbf_expand(const zs_rbf_layout *layout, zs_rbf_kernel kernel,
+                           const double middle[3], const zs_rbf_centre *centres,
+                           const uint32_t *list, size_t count, double taylor[ZS_RBF_TAYLOR]);
 extern zs_rbf_expand zs_rbf_expand_baseline;
 #if defined ZS_WITH_X86_KERNELS
 extern zs_rbf_expand zs_rbf_expand_avx2, zs_rbf_expand_avx512;

@@ -12,36 +12,6 @@
 
 typedef zs_vector vector;
 
-/* Where the coefficients of one variable less are: index[i][j][k]. */
-enum { SIDE = ZS_RBF_DEGREE + 1, NONE = ZS_RBF_TAYLOR };
-typedef struct indices {
-  uint8_t lower[ZS_RBF_TAYLOR][3], twice_lower[ZS_RBF_TAYLOR][3];
-} indices;
-
-static void find_indices(indices *to)
-{
-  uint8_t at[SIDE][SIDE][SIDE];
-  memset(at, NONE, sizeof at);
-  for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = zs_rbf_taylor_monomials[n].power;
-    at[p[0]][p[1]][p[2]] = (uint8_t)n;
-  }
-  for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++)
-    for (unsigned axis = 0; axis < 3; axis++) {
-      uint8_t p[3];
-      memcpy(p, zs_rbf_taylor_monomials[n].power, sizeof p);
-      to->lower[n][axis] = to->twice_lower[n][axis] = NONE;
-      if (p[axis] >= 1) {
-        p[axis]--;
-        to->lower[n][axis] = at[p[0]][p[1]][p[2]];
-      }
-      if (p[axis] >= 1) {
-        p[axis]--;
-        to->twice_lower[n][axis] = at[p[0]][p[1]][p[2]];
-      }
-    }
-}
-
 /* Some centres seen from the middle of a cell. */
 typedef struct group {
   vector y[3], square, inverse; /* middle - centre, its square, one over that */
@@ -52,13 +22,13 @@ typedef struct group {
  *   g E(g^a) = a g^a E(g),
  * of which the terms of degree k are
  *   R^2 k A_k = 2 (y.t) (a - k + 1) A_(k-1) + |t|^2 (2a - k + 2) A_(k-2). */
-static void power_series(const group *g, const indices *at, double power, vector first,
+static void power_series(const group *g, const zs_rbf_layout *at, double power, vector first,
                          vector series[ZS_RBF_TAYLOR + 1])
 {
-  series[NONE] = (vector){0};
+  series[ZS_RBF_NONE] = (vector){0};
   series[0] = first;
   for (unsigned n = 1; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = zs_rbf_taylor_monomials[n].power;
+    const uint8_t *p = at->power[n];
     const double k = p[0] + p[1] + p[2];
     vector linear = (vector){0}, square = (vector){0};
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -73,16 +43,16 @@ static void power_series(const group *g, const indices *at, double power, vector
 /* The same for weight / 2 * g^m log g with m = 1 or 2, where
  *   g E(F) = m F E(g) + 1/2 g^m E(g),   g^m E(g) = E(g^(m+1)) / (m + 1):
  * the second term is a polynomial, added as it is. */
-static void logarithmic_series(const group *g, const indices *at, unsigned m, vector first,
+static void logarithmic_series(const group *g, const zs_rbf_layout *at, unsigned m, vector first,
                                vector weight, vector series[ZS_RBF_TAYLOR + 1])
 {
   vector source[ZS_RBF_TAYLOR + 1];
   vector start = weight * g->square * g->square;
   power_series(g, at, m + 1, m == 2 ? start * g->square : start, source);
-  series[NONE] = (vector){0};
+  series[ZS_RBF_NONE] = (vector){0};
   series[0] = first;
   for (unsigned n = 1; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = zs_rbf_taylor_monomials[n].power;
+    const uint8_t *p = at->power[n];
     const double k = p[0] + p[1] + p[2];
     vector linear = (vector){0}, square = (vector){0};
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -113,24 +83,23 @@ static void gather(group *g, const double middle[3], const zs_rbf_centre *centre
   }
 }
 
-void ZS_PASTE(zs_rbf_expand, ZS_ISA)(zs_rbf_kernel kernel, const double middle[3],
-                                     const zs_rbf_centre *centres, const uint32_t *list,
-                                     size_t count, double taylor[ZS_RBF_TAYLOR])
+void ZS_PASTE(zs_rbf_expand, ZS_ISA)(const zs_rbf_layout *layout, zs_rbf_kernel kernel,
+                                     const double middle[3], const zs_rbf_centre *centres,
+                                     const uint32_t *list, size_t count,
+                                     double taylor[ZS_RBF_TAYLOR])
 {
   static const double powers[ZS_RBF_KERNEL_COUNT] = {0.5, 1.5, 2.5, 1, 2};
   const bool logarithmic = kernel == ZS_RBF_TPS2 || kernel == ZS_RBF_TPS4;
   vector series[ZS_RBF_TAYLOR + 1], sum[ZS_RBF_TAYLOR];
-  indices at;
-  find_indices(&at);
   memset(sum, 0, sizeof sum);
   for (size_t i = 0; i < count; i += ZS_WIDTH) {
     group g;
     vector weight, first;
     gather(&g, middle, centres, list + i, count - i, kernel, &weight, &first);
     if (logarithmic)
-      logarithmic_series(&g, &at, (unsigned)powers[kernel], first, weight, series);
+      logarithmic_series(&g, layout, (unsigned)powers[kernel], first, weight, series);
     else
-      power_series(&g, &at, powers[kernel], first, series);
+      power_series(&g, layout, powers[kernel], first, series);
     for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++)
       sum[n] += series[n];
   }

@@ -169,12 +169,114 @@ static void sum_equals_fit(void **state)
   zs_rbf_free(rbf);
 }
 
+/* Random boxes of all sizes inside the cube that the tree covers hold their
+ * samples, in double precision and in blocks, and the sign is known for most
+ * small boxes away from the surface. */
+static void bounds_hold_samples(void **state)
+{
+  (void)state;
+  uint64_t seed = 31;
+  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
+    zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 100, 4);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
+    unsigned decided = 0, small = 0;
+    for (int round = 0; round < 60; round++) {
+      static rows in[3], out;
+      zs_bounds boxes[3], f;
+      for (int l = 0; l < ZS_LANES; l++)
+        for (int k = 0; k < 3; k++) {
+          double half = exp(random_between(&seed, log(0.002), log(0.6)));
+          double middle = random_between(&seed, half - 1.25, 1.25 - half);
+          boxes[k].lo[l] = fmaxf((float)(middle - half), -1.25f);
+          boxes[k].hi[l] = fminf((float)(middle + half), 1.25f);
+        }
+      zs_bounds_arguments a = {.data = sum, .in = {&boxes[0], &boxes[1], &boxes[2]}, .out = &f};
+      const zs_kernels *kernels = zs_rbf_sum_operation(sum->kernel)->kernels[0];
+      kernels->bounds(&a);
+      for (int l = 0; l < ZS_LANES; l++) {
+        const bool known = f.lo[l] <= f.hi[l];
+        assert_true(known || (isnan(f.lo[l]) && isnan(f.hi[l])));
+        for (int i = 0; i < ZS_BLOCK; i++)
+          for (int k = 0; k < 3; k++) {
+            double lo = (double)boxes[k].lo[l], hi = (double)boxes[k].hi[l];
+            /* Corners first. */
+            in[k].row[0][i] = i < 8 ? (float)(i >> k & 1 ? hi : lo)
+                                    : (float)random_between(&seed, lo, hi);
+          }
+        zs_block_arguments block = {.data = sum, .n = ZS_BLOCK,
+                                    .in = {in[0].row[0], in[1].row[0], in[2].row[0]},
+                                    .out = out.row[0]};
+        kernels->value(&block);
+        bool near = false;
+        for (int i = 0; i < ZS_BLOCK; i++) {
+          const double x[3] = {(double)in[0].row[0][i], (double)in[1].row[0][i],
+                               (double)in[2].row[0][i]};
+          double exact = reference(sum, x);
+          near = near || fabs(exact) < 0.15;
+          if (known) {
+            assert_true(out.row[0][i] >= f.lo[l] && out.row[0][i] <= f.hi[l]);
+            assert_true(exact >= (double)f.lo[l] && exact <= (double)f.hi[l]);
+          }
+        }
+        small += !near;
+        decided += !near && known && (f.lo[l] >= 0 || f.hi[l] < 0);
+      }
+    }
+    assert_true(small > 50);
+    assert_true(decided > 0.8 * small);
+    zs_rbf_sum_free(sum);
+    zs_rbf_free(rbf);
+  }
+}
+
+static void bounds_are_unknown_outside(void **state)
+{
+  (void)state;
+  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 40, 4);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 1);
+  const float boxes[][2] = {{-1, 1.3f}, {-INFINITY, INFINITY}, {NAN, NAN}, {2, 3}};
+  for (size_t i = 0; i < sizeof boxes / sizeof *boxes; i++) {
+    float f[2];
+    const float lo[3] = {0, boxes[i][0], 0}, hi[3] = {0.5f, boxes[i][1], 0.5f};
+    zs_rbf_tree_bounds(sum->tree, lo, hi, f);
+    assert_true(isnan(f[0]) && isnan(f[1]));
+  }
+  zs_rbf_sum_free(sum);
+  zs_rbf_free(rbf);
+}
+
+/* The number of threads changes nothing. */
+static void threads_build_the_same_tree(void **state)
+{
+  (void)state;
+  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 60, 4);
+  zs_rbf_sum *one = zs_rbf_sum_new(rbf, 1), *three = zs_rbf_sum_new(rbf, 3);
+  assert_int_equal(zs_rbf_tree_bytes(one->tree), zs_rbf_tree_bytes(three->tree));
+  uint64_t seed = 3;
+  for (int i = 0; i < 1000; i++) {
+    float lo[3], hi[3], a[2], b[2];
+    for (int k = 0; k < 3; k++) {
+      lo[k] = (float)random_between(&seed, -0.6, 0.55);
+      hi[k] = lo[k] + 0.05f;
+    }
+    zs_rbf_tree_bounds(one->tree, lo, hi, a);
+    zs_rbf_tree_bounds(three->tree, lo, hi, b);
+    assert_memory_equal(a, b, sizeof a);
+  }
+  zs_rbf_sum_free(one);
+  zs_rbf_sum_free(three);
+  zs_rbf_free(rbf);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(blocks_follow_the_definition),
     cmocka_unit_test(blocks_work_in_place),
     cmocka_unit_test(sum_equals_fit),
+    cmocka_unit_test(bounds_hold_samples),
+    cmocka_unit_test(bounds_are_unknown_outside),
+    cmocka_unit_test(threads_build_the_same_tree),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
