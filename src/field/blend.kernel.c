@@ -80,9 +80,9 @@ static inline float conjunction(float a, float b, numbers c, float *da, float *d
   const float sign = big < 0 ? -1.0f : 1.0f;
   const float slope_big = c.scale * (1 - sign * u / q);
   const float slope_small = c.scale * (1 - sign * (t - c.alpha) / q);
-  const int origin = size == 0;
-  *da = origin ? c.scale : a_big ? slope_big : slope_small;
-  *db = origin ? c.scale : a_big ? slope_small : slope_big;
+  /* At the origin, a kink, this is the slope along a or b. */
+  *da = a_big ? slope_big : slope_small;
+  *db = a_big ? slope_small : slope_big;
   return big > 0 ? 2 * small / d : big * d * c.scale;
 }
 
@@ -207,10 +207,10 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
   static void NAME##_value(const zs_block_arguments *x) \
   { \
     const numbers c = NAME##_numbers(x->data); \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], *in_b = x->in[1]; \
     float *out = x->out; \
-    _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+    _Pragma("omp simd") for (size_t i = 0; i < n; i++) \
     { \
       float da, db; \
       out[i] = NAME(in_a[i], in_b[i], c, &da, &db); \
@@ -219,10 +219,10 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
   static void NAME##_gradient(const zs_block_arguments *x) \
   { \
     const numbers c = NAME##_numbers(x->data); \
-    const unsigned n = x->n; \
+    const size_t n = x->n; \
     const float *in_a = x->in[0], *in_b = x->in[1]; \
     float *out = x->out; \
-    _Pragma("omp simd") for (unsigned i = 0; i < n; i++) \
+    _Pragma("omp simd") for (size_t i = 0; i < n; i++) \
     { \
       float da, db; \
       const float v = NAME(in_a[i], in_b[i], c, &da, &db); \
@@ -246,11 +246,11 @@ BLEND_KERNELS(smooth_exponential)
 
 static void interpolation_value(const zs_block_arguments *x)
 {
-  const unsigned n = x->n;
+  const size_t n = x->n;
   const float *in_a = x->in[0], *in_b = x->in[1], *in_t = x->in[2];
   float *out = x->out;
 #pragma omp simd
-  for (unsigned i = 0; i < n; i++) {
+  for (size_t i = 0; i < n; i++) {
     const float a = in_a[i], b = in_b[i], t = in_t[i];
     const float mixed = (1 - t) * a + t * b;
     out[i] = t <= 0 ? a : t >= 1 ? b : mixed;
@@ -259,24 +259,26 @@ static void interpolation_value(const zs_block_arguments *x)
 
 static void interpolation_gradient(const zs_block_arguments *x)
 {
-  const unsigned n = x->n;
+  const size_t n = x->n;
   const float *in_a = x->in[0], *in_b = x->in[1], *in_t = x->in[2];
   float *out = x->out;
 #pragma omp simd
-  for (unsigned i = 0; i < n; i++) {
+  for (size_t i = 0; i < n; i++) {
     const float a = in_a[i], b = in_b[i], t = in_t[i];
     const int before = t <= 0, after = t >= 1;
     const float da = before ? 1 : after ? 0 : 1 - t, db = before ? 0 : after ? 1 : t;
     const float dt = before || after ? 0 : b - a;
     const float mixed = (1 - t) * a + t * b;
-    float g[3];
-    for (unsigned k = 0; k < 3; k++) {
-      const unsigned row = (k + 1) * ZS_BLOCK + i;
-      g[k] = da * in_a[row] + db * in_b[row] + dt * in_t[row];
-    }
+    const float gx =
+      da * in_a[ZS_BLOCK + i] + db * in_b[ZS_BLOCK + i] + dt * in_t[ZS_BLOCK + i];
+    const float gy =
+      da * in_a[2 * ZS_BLOCK + i] + db * in_b[2 * ZS_BLOCK + i] + dt * in_t[2 * ZS_BLOCK + i];
+    const float gz =
+      da * in_a[3 * ZS_BLOCK + i] + db * in_b[3 * ZS_BLOCK + i] + dt * in_t[3 * ZS_BLOCK + i];
     out[i] = before ? a : after ? b : mixed;
-    for (unsigned k = 0; k < 3; k++)
-      out[(k + 1) * ZS_BLOCK + i] = g[k];
+    out[ZS_BLOCK + i] = gx;
+    out[2 * ZS_BLOCK + i] = gy;
+    out[3 * ZS_BLOCK + i] = gz;
   }
 }
 
