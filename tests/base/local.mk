@@ -1,1 +1,15 @@
-# This room adds to the lists that Makefile.am describes.
+zs_tests += tests/base/test_arena
+tests_base_test_arena_SOURCES = tests/base/test_arena.c tests/random.h
+
+zs_tests += tests/base/test_names
+tests_base_test_names_SOURCES = tests/base/test_names.c
+
+zs_tests += tests/base/test_diagnostic
+tests_base_test_diagnostic_SOURCES = tests/base/test_diagnostic.c
+
+zs_tests += tests/base/test_expression
+tests_base_test_expression_SOURCES = tests/base/test_expression.c tests/comma_locale.h \
+  tests/random.h
+
+zs_tests += tests/base/test_output
+tests_base_test_output_SOURCES = tests/base/test_output.c
