@@ -195,10 +195,11 @@ void zs_grammar_nodes(zs_grammar *grammar)
 #define POSITIVE "(\\+?" SOMETHING "|" EXPRESSION ")"
 #define NOT_NEGATIVE "(\\+?([0-9]+(\\.[0-9]*)?|\\.[0-9]+)" EXPONENT "|-" NOTHING "|" EXPRESSION ")"
 #define NOT_ZERO "([+\\-]?" SOMETHING "|" EXPRESSION ")"
-#define INTEGER "([+\\-]?[0-9]+|" EXPRESSION ")"
-#define POSITIVE_INTEGER "(\\+?[0-9]*[1-9][0-9]*|" EXPRESSION ")"
-#define NOT_NEGATIVE_INTEGER "(\\+?[0-9]+|-0+|" EXPRESSION ")"
-#define NOT_ZERO_INTEGER "([+\\-]?[0-9]*[1-9][0-9]*|" EXPRESSION ")"
+#define WHOLE "(\\.0*)?" /* "2.0" is a whole number too */
+#define INTEGER "([+\\-]?[0-9]+" WHOLE "|" EXPRESSION ")"
+#define POSITIVE_INTEGER "(\\+?[0-9]*[1-9][0-9]*" WHOLE "|" EXPRESSION ")"
+#define NOT_NEGATIVE_INTEGER "(\\+?[0-9]+" WHOLE "|-0+" WHOLE "|" EXPRESSION ")"
+#define NOT_ZERO_INTEGER "([+\\-]?[0-9]*[1-9][0-9]*" WHOLE "|" EXPRESSION ")"
 #define COMMA "( ?, ?| )"
 #define TWO(item) item COMMA item
 #define THREE(item) item COMMA item COMMA item
@@ -233,6 +234,7 @@ const size_t zs_grammar_type_count = ZS_COUNT_OF(zs_grammar_types);
 
 /* Not every validator collapses the blanks before it looks at the pattern. */
 const char zs_grammar_decimal[] = "\\s*" DECIMAL "\\s*";
+const char zs_grammar_whole[] = "\\s*[+\\-]?[0-9]+" WHOLE "\\s*";
 
 static const int first_row[] = {
   [ZS_NUMBER] = 0, [ZS_INTEGER] = 4, [ZS_VECTOR2] = 8, [ZS_VECTOR3] = 12, [ZS_SCALE] = 16};

@@ -72,9 +72,9 @@ extern const size_t zs_grammar_type_count;
  * place: choices, numbers within limits, texts. */
 const char *zs_grammar_type_name(const zs_attribute *attribute);
 
-/* The pattern that keeps "NaN", "INF" and what libxml2 lets pass ("1e") out of a
- * schema's own numbers. */
-extern const char zs_grammar_decimal[];
+/* The patterns that keep "NaN", "INF" and what libxml2 lets pass ("1e") out of a
+ * schema's own numbers; of whole numbers, fractions too. */
+extern const char zs_grammar_decimal[], zs_grammar_whole[];
 
 /* A limit of a number, between two texts, on its own line. */
 void zs_grammar_limit(zs_grammar *grammar, const char *before, double limit, const char *after);

@@ -27,11 +27,11 @@ static void put_words(zs_grammar *grammar, const char *const *words)
 /* A number within limits, or an expression. */
 static void put_limited(zs_grammar *grammar, const zs_attribute *attribute)
 {
-  zs_grammar_open(grammar, attribute->type == ZS_INTEGER ? "<data type=\"integer\">"
-                                                         : "<data type=\"double\">");
+  zs_grammar_open(grammar, "<data type=\"double\">");
   zs_grammar_limit(grammar, "<param name=\"minInclusive\">", attribute->minimum, "</param>");
   zs_grammar_limit(grammar, "<param name=\"maxInclusive\">", attribute->maximum, "</param>");
-  zs_grammar_line(grammar, "<param name=\"pattern\">%s</param>", zs_grammar_decimal);
+  zs_grammar_line(grammar, "<param name=\"pattern\">%s</param>",
+                  attribute->type == ZS_INTEGER ? zs_grammar_whole : zs_grammar_decimal);
   zs_grammar_close(grammar, "</data>");
   zs_grammar_line(grammar, "<ref name=\"type.expression\"/>");
 }

@@ -22,11 +22,11 @@ static void put_words(zs_grammar *grammar, const char *const *words)
 static void put_limited(zs_grammar *grammar, const zs_attribute *attribute)
 {
   zs_grammar_open(grammar, "<xs:simpleType>");
-  zs_grammar_open(grammar, attribute->type == ZS_INTEGER ? "<xs:restriction base=\"xs:integer\">"
-                                                         : "<xs:restriction base=\"xs:double\">");
+  zs_grammar_open(grammar, "<xs:restriction base=\"xs:double\">");
   zs_grammar_limit(grammar, "<xs:minInclusive value=\"", attribute->minimum, "\"/>");
   zs_grammar_limit(grammar, "<xs:maxInclusive value=\"", attribute->maximum, "\"/>");
-  zs_grammar_line(grammar, "<xs:pattern value=\"%s\"/>", zs_grammar_decimal);
+  zs_grammar_line(grammar, "<xs:pattern value=\"%s\"/>",
+                  attribute->type == ZS_INTEGER ? zs_grammar_whole : zs_grammar_decimal);
   zs_grammar_close(grammar, "</xs:restriction>");
   zs_grammar_close(grammar, "</xs:simpleType>");
 }

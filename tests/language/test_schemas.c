@@ -325,13 +325,19 @@ static void ranges(const zs_kind *kind, const zs_attribute *attribute)
   static const struct {
     const char *value;
     int sign;
-  } numbers[] = {{"-1", -1},   {"-.5e-3", -1}, {"0", 0},    {"0.00", 0},   {"-0", 0},
-                 {"0e7", 0},   {"1", 1},       {"+1", 1},   {".25", 1},    {"3.", 1},
-                 {"1e-3", 1},  {"{1/2}", 2},   {" 1 ", 1},  {"-0.0e1", 0}, {"00.10", 1}};
+    bool whole;
+  } numbers[] = {{"-1", -1, true},     {"-.5e-3", -1, false}, {"0", 0, true},
+                 {"0.00", 0, true},    {"-0", 0, true},       {"0e7", 0, false},
+                 {"1", 1, true},       {"+1", 1, true},       {".25", 1, false},
+                 {"3.", 1, true},      {"1e-3", 1, false},    {"{1/2}", 1, false},
+                 {" 1 ", 1, true},     {"-0.0e1", 0, false},  {"00.10", 1, false},
+                 {"{2 + 4}", 1, true}, {"4.0", 1, true},      {"\n2\t", 1, true}};
   char text[TEXT_SIZE];
-  if (attribute->type != ZS_NUMBER)
+  if (attribute->type != ZS_NUMBER && attribute->type != ZS_INTEGER)
     return;
   for (size_t i = 0; i < ZS_COUNT_OF(numbers); i++) {
+    if (attribute->type == ZS_INTEGER && !numbers[i].whole)
+      continue;
     int sign = numbers[i].sign;
     bool outside = (attribute->range == ZS_RANGE_POSITIVE && sign <= 0) ||
                    (attribute->range == ZS_RANGE_NOT_NEGATIVE && sign < 0) ||
