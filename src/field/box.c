@@ -7,96 +7,194 @@
 #include <string.h>
 
 enum {
-  LARGEST = 30,   /* solids reach no further than 2^LARGEST ... */
-  SMALLEST = -30, /* ... and are looked for down to 2^SMALLEST */
-  SHELL_DEPTH = 3, /* how often a box of a shell is split before it counts */
+  LARGEST = 30,      /* solids reach no further than 2^LARGEST ... */
+  SMALLEST = -30,    /* ... and are looked for down to 2^SMALLEST */
+  SHELL_DEPTH = 60,  /* how often a box of a shell is halved before it counts */
+  SHELL_BUDGET = 2000, /* evaluations of bounds on one shell: longer proofs fail */
+  SHELL_BOXES = 56,
   TIGHTEN_DEPTH = 6, /* octree levels when fitting the box */
   TIGHTEN_PASSES = 3
 };
 
 typedef struct search {
   zs_eval *eval;
-  const zs_program *program;
+  zs_arena arena; /* regional programs */
+  unsigned budget;
+  double found_lo[3], found_hi[3]; /* what tightening could not prove empty */
 } search;
 
-/* Whether f < 0 is proven over a box; splits it `depth` times if need be.
- * `found` collects what could not be proven, when not NULL. */
-static bool outside(search *s, const double lo[3], const double hi[3], int depth, zs_boxes *scratch,
-                    double found_lo[3], double found_hi[3])
+/* The eight octants of a box. */
+typedef struct octants {
+  double lo[8][3], hi[8][3];
+} octants;
+
+static void split(const double lo[3], const double hi[3], const double middle[3], octants *out,
+                  zs_boxes *boxes)
 {
-  zs_frame frame = zs_frame_at(NULL);
-  zs_bounds f;
-  double part_lo[8][3], part_hi[8][3];
-  for (int k = 0; k < 3; k++)
-    frame.origin[k] = (lo[k] + hi[k]) / 2;
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    unsigned part = l % 8;
+    unsigned i = l % 8;
     for (int k = 0; k < 3; k++) {
-      bool upper = part >> k & 1;
-      part_lo[part][k] = upper ? frame.origin[k] : lo[k];
-      part_hi[part][k] = upper ? hi[k] : frame.origin[k];
-      scratch->axis[k].lo[l] = nextafterf((float)(part_lo[part][k] - frame.origin[k]), -INFINITY);
-      scratch->axis[k].hi[l] = nextafterf((float)(part_hi[part][k] - frame.origin[k]), INFINITY);
+      bool upper = i >> k & 1;
+      out->lo[i][k] = upper ? middle[k] : lo[k];
+      out->hi[i][k] = upper ? hi[k] : middle[k];
+      boxes->axis[k].lo[l] = nextafterf((float)(out->lo[i][k] - middle[k]), -INFINITY);
+      boxes->axis[k].hi[l] = nextafterf((float)(out->hi[i][k] - middle[k]), INFINITY);
     }
   }
-  zs_program_bounds(s->eval, s->program, &frame, scratch, &f);
-  bool all = true;
-  for (unsigned part = 0; part < 8; part++) {
-    if (f.hi[part] < 0)
-      continue;
-    if (depth > 0) {
-      if (!outside(s, part_lo[part], part_hi[part], depth - 1, scratch, found_lo, found_hi)) {
-        all = false;
-        if (!found_lo)
-          return false;
-      }
-      continue;
-    }
-    all = false;
-    if (!found_lo)
-      return false;
-    for (int k = 0; k < 3; k++) {
-      found_lo[k] = fmin(found_lo[k], part_lo[part][k]);
-      found_hi[k] = fmax(found_hi[k], part_hi[part][k]);
-    }
-  }
-  return all;
 }
 
-/* Whether f < 0 everywhere between the cubes of half sides r and 2r: 56 boxes
- * of side r around the inner eight. */
-static bool shell_outside(search *s, double r)
+/* Whether a box lies in what is found already, so that it cannot extend it. */
+static bool is_found(const search *s, const double lo[3], const double hi[3])
 {
-  zs_boxes scratch;
-  int at[3];
-  for (at[2] = -2; at[2] < 2; at[2]++)
-    for (at[1] = -2; at[1] < 2; at[1]++)
-      for (at[0] = -2; at[0] < 2; at[0]++) {
-        bool inner = true;
-        double lo[3], hi[3];
-        for (int k = 0; k < 3; k++) {
-          inner = inner && (at[k] == -1 || at[k] == 0);
-          lo[k] = at[k] * r;
-          hi[k] = (at[k] + 1) * r;
-        }
-        if (!inner && !outside(s, lo, hi, SHELL_DEPTH, &scratch, NULL, NULL))
-          return false;
-      }
+  for (int k = 0; k < 3; k++)
+    if (lo[k] < s->found_lo[k] || hi[k] > s->found_hi[k])
+      return false;
   return true;
 }
 
-/* Shrink a box to what an octree cannot prove empty, with a small margin.
- * False when all of it is empty. */
+/* Extend what is found by the parts of a box, split `depth` times, over which
+ * f < 0 cannot be proven. */
+static void collect(search *s, const zs_program *program, const double lo[3], const double hi[3],
+                    int depth)
+{
+  octants parts;
+  zs_boxes boxes;
+  zs_bounds f;
+  const double middle[3] = {(lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (lo[2] + hi[2]) / 2};
+  zs_frame frame = zs_frame_at(middle);
+  split(lo, hi, middle, &parts, &boxes);
+  zs_program_bounds(s->eval, program, &frame, &boxes, &f);
+  unsigned left = 0;
+  for (unsigned i = 0; i < 8; i++)
+    left |= (unsigned)!(f.hi[i] < 0) << i;
+  const zs_program *programs[ZS_LANES] = {NULL};
+  zs_arena_mark mark = zs_arena_mark_here(&s->arena);
+  if (depth > 0)
+    zs_program_restrict_lanes(s->eval, program, left, ZS_REQUEST_SIGN, &s->arena, programs);
+  for (unsigned i = 0; i < 8; i++) {
+    if (!(left >> i & 1) || is_found(s, parts.lo[i], parts.hi[i]))
+      continue;
+    if (depth > 0) {
+      collect(s, programs[i], parts.lo[i], parts.hi[i], depth - 1);
+      continue;
+    }
+    for (int k = 0; k < 3; k++) {
+      s->found_lo[k] = fmin(s->found_lo[k], parts.lo[i][k]);
+      s->found_hi[k] = fmax(s->found_hi[k], parts.hi[i][k]);
+    }
+  }
+  zs_arena_rewind(&s->arena, mark);
+}
+
+/* The two halves of a box across each axis: half 2k below, 2k + 1 above. */
+enum { HALVES = 6 };
+
+typedef struct halves {
+  double lo[HALVES][3], hi[HALVES][3];
+  float upper[HALVES]; /* bounds of f from above, INFINITY where unknown */
+} halves;
+
+static void bound_halves(search *s, const double lo[3], const double hi[3], zs_boxes *scratch,
+                         halves *out)
+{
+  zs_frame frame = zs_frame_at(NULL);
+  zs_bounds f;
+  for (int k = 0; k < 3; k++)
+    frame.origin[k] = (lo[k] + hi[k]) / 2;
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    unsigned half = l % HALVES;
+    for (unsigned k = 0; k < 3; k++) {
+      out->lo[half][k] = half == 2 * k + 1 ? frame.origin[k] : lo[k];
+      out->hi[half][k] = half == 2 * k ? frame.origin[k] : hi[k];
+      scratch->axis[k].lo[l] = nextafterf((float)(out->lo[half][k] - frame.origin[k]), -INFINITY);
+      scratch->axis[k].hi[l] = nextafterf((float)(out->hi[half][k] - frame.origin[k]), INFINITY);
+    }
+  }
+  zs_program_bounds(s->eval, zs_field_program(zs_eval_field(s->eval)), &frame, scratch, &f);
+  for (unsigned half = 0; half < HALVES; half++)
+    out->upper[half] = isnan(f.hi[half]) ? INFINITY : f.hi[half];
+}
+
+/* The axis across which halving a box proves the most. */
+static unsigned best_axis(const halves *h, int depth)
+{
+  unsigned best = 0;
+  int best_proven = -1;
+  float best_upper = INFINITY;
+  for (unsigned i = 0; i < 3; i++) {
+    unsigned k = (i + (unsigned)depth) % 3; /* take turns where nothing decides */
+    const float *upper = &h->upper[2 * k];
+    int proven = (upper[0] < 0) + (upper[1] < 0);
+    float sum = upper[0] + upper[1];
+    if (proven > best_proven || (proven == best_proven && sum < best_upper)) {
+      best = k;
+      best_proven = proven;
+      best_upper = sum;
+    }
+  }
+  return best;
+}
+
+/* Whether f < 0 is proven over a box by halving it where that helps.  Far from
+ * a twisted rod only slices thin along its axis prove anything, which an
+ * octree would take too long to reach. */
+static bool far_outside(search *s, const double lo[3], const double hi[3], int depth,
+                        zs_boxes *scratch)
+{
+  halves h;
+  if (s->budget == 0)
+    return false;
+  s->budget--;
+  bound_halves(s, lo, hi, scratch, &h);
+  unsigned axis = best_axis(&h, depth);
+  for (unsigned half = 2 * axis; half < 2 * axis + 2; half++)
+    if (h.upper[half] >= 0 &&
+        (depth == 0 || !far_outside(s, h.lo[half], h.hi[half], depth - 1, scratch)))
+      return false;
+  return true;
+}
+
+/* Whether f < 0 everywhere between the cubes of half sides r and 2r: boxes of
+ * side r around the inner eight.  Most are proven sixteen at a time. */
+static bool shell_outside(search *s, double r)
+{
+  double lo[SHELL_BOXES][3], hi[SHELL_BOXES][3];
+  float f_lo[SHELL_BOXES], f_hi[SHELL_BOXES];
+  unsigned count = 0;
+  for (int i = 0; i < 64; i++) {
+    const int at[3] = {i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2};
+    bool inner = true;
+    for (int k = 0; k < 3; k++)
+      inner = inner && (at[k] == -1 || at[k] == 0);
+    for (int k = 0; k < 3 && !inner; k++) {
+      lo[count][k] = at[k] * r;
+      hi[count][k] = (at[k] + 1) * r;
+    }
+    count += !inner;
+  }
+  zs_eval_bounds(s->eval, SHELL_BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
+  s->budget = SHELL_BUDGET;
+  zs_boxes scratch;
+  for (unsigned i = 0; i < SHELL_BOXES; i++)
+    if (!(f_hi[i] < 0) && !far_outside(s, lo[i], hi[i], SHELL_DEPTH, &scratch))
+      return false;
+  return true;
+}
+
+/* Shrink a box to what an octree cannot prove empty.  False when all of it is
+ * empty. */
 static bool tighten(search *s, double lo[3], double hi[3])
 {
   for (int pass = 0; pass < TIGHTEN_PASSES; pass++) {
-    zs_boxes scratch;
-    double found_lo[3] = {INFINITY, INFINITY, INFINITY};
-    double found_hi[3] = {-INFINITY, -INFINITY, -INFINITY};
-    if (outside(s, lo, hi, TIGHTEN_DEPTH - 1, &scratch, found_lo, found_hi))
+    for (int k = 0; k < 3; k++) {
+      s->found_lo[k] = INFINITY;
+      s->found_hi[k] = -INFINITY;
+    }
+    collect(s, zs_field_program(zs_eval_field(s->eval)), lo, hi, TIGHTEN_DEPTH - 1);
+    if (s->found_lo[0] > s->found_hi[0])
       return false;
-    memcpy(lo, found_lo, sizeof found_lo);
-    memcpy(hi, found_hi, sizeof found_hi);
+    memcpy(lo, s->found_lo, sizeof s->found_lo);
+    memcpy(hi, s->found_hi, sizeof s->found_hi);
   }
   return true;
 }
@@ -150,19 +248,32 @@ bool zs_field_box(zs_field *field, double lo[3], double hi[3], zs_diag *diag)
     memcpy(hi, field->domain_hi, sizeof field->domain_hi);
     return true;
   }
-  search s = {.eval = zs_eval_new(field, diag), .program = field->program};
+  search s = {.eval = zs_eval_new(field, diag)};
   if (!s.eval)
     return false;
-  bool found;
-  if (field->has_hint) {
+  bool found = find(&s, lo, hi, field->has_hint ? NULL : diag);
+  if (!found && field->has_hint) {
     memcpy(lo, field->hint_lo, sizeof field->hint_lo);
     memcpy(hi, field->hint_hi, sizeof field->hint_hi);
     found = tighten(&s, lo, hi) || fail_empty(diag);
-  } else {
-    found = find(&s, lo, hi, diag);
   }
   zs_eval_free(s.eval);
+  zs_arena_free(&s.arena);
   if (found)
     grow(lo, hi);
   return found;
+}
+
+void zs_field_set_box(zs_field *field, const double lo[3], const double hi[3])
+{
+  field->has_domain = true;
+  memcpy(field->domain_lo, lo, sizeof field->domain_lo);
+  memcpy(field->domain_hi, hi, sizeof field->domain_hi);
+}
+
+void zs_field_set_hint(zs_field *field, const double lo[3], const double hi[3])
+{
+  field->has_hint = true;
+  memcpy(field->hint_lo, lo, sizeof field->hint_lo);
+  memcpy(field->hint_hi, hi, sizeof field->hint_hi);
 }

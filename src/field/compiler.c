@@ -382,20 +382,10 @@ static const zs_program *finish_program(zs_compiler *c, zs_value result)
   return program;
 }
 
-zs_field *zs_compiler_finish(zs_compiler *compiler, zs_value result, size_t nodes,
-                             const double lo[3], const double hi[3], const double hint_lo[3],
-                             const double hint_hi[3])
+zs_field *zs_compiler_finish(zs_compiler *compiler, zs_value result, size_t nodes)
 {
   zs_field *field = compiler->field;
   field->nodes = nodes;
-  field->has_domain = lo != NULL;
-  field->has_hint = hint_lo != NULL;
-  for (int i = 0; i < 3; i++) {
-    field->domain_lo[i] = lo ? lo[i] : 0;
-    field->domain_hi[i] = lo ? hi[i] : 0;
-    field->hint_lo[i] = hint_lo ? hint_lo[i] : 0;
-    field->hint_hi[i] = hint_lo ? hint_hi[i] : 0;
-  }
   if (!compiler->failed)
     field->program = finish_program(compiler, result);
   zs_diag *diag = compiler->diag;

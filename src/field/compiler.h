@@ -67,12 +67,14 @@ struct zs_cache *zs_compiler_cache(zs_compiler *compiler);
 
 /* `control` and `cache` may be NULL. */
 zs_compiler *zs_compiler_new(const zs_control *control, struct zs_cache *cache, zs_diag *diag);
-/* The finished field, or NULL after an error; frees the compiler either way.
- * `lo`, `hi`: the domain, or NULL.  `hint_lo`, `hint_hi`: a box that holds what
- * bounds cannot find by themselves, or NULL. */
-zs_field *zs_compiler_finish(zs_compiler *compiler, zs_value result, size_t nodes,
-                             const double lo[3], const double hi[3], const double hint_lo[3],
-                             const double hint_hi[3]);
+/* The finished field of `nodes` nodes, or NULL after an error; frees the
+ * compiler either way. */
+zs_field *zs_compiler_finish(zs_compiler *compiler, zs_value result, size_t nodes);
 void zs_compiler_free(zs_compiler *compiler);
+
+/* What zs_field_box answers, or where it looks when bounds alone find nothing.
+ * Only before the field is shared. */
+void zs_field_set_box(zs_field *field, const double lo[3], const double hi[3]);
+void zs_field_set_hint(zs_field *field, const double lo[3], const double hi[3]);
 
 #endif

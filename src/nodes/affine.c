@@ -1,6 +1,7 @@
 /* Affine coordinate maps.  They compose into the matrix of the coordinates, so
  * that nesting them costs nothing. */
 #include "nodes/common.h"
+#include "nodes/extent.h"
 
 #include <math.h>
 
@@ -34,6 +35,18 @@ static const zs_attribute translate_attributes[] = {
   ZS_POINT(struct translate, by, "by", NULL, "how far the child moves"),
 };
 
+static zs_box translate_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct translate *p = node->parameters;
+  zs_box box = children[0];
+  for (int k = 0; k < 3; k++) {
+    box.lo[k] += p->by[k];
+    box.hi[k] += p->by[k];
+  }
+  return box;
+}
+
 static zs_value translate_emit(zs_compiler *compiler, const zs_node *node,
                                const zs_coordinates *at)
 {
@@ -53,6 +66,7 @@ const zs_kind zs_kind_translate = {
   .children = ZS_CHILDREN_ONE,
   .map = {"x - by.x", "y - by.y", "z - by.z"},
   .emit = translate_emit,
+  .box = translate_box,
 };
 
 /* ---- rotate ---------------------------------------------------------------- */
@@ -80,10 +94,10 @@ static void turn(double degrees, double *cosine, double *sine)
   *sine = q == 0 ? s : q == 1 ? c : q == 2 ? -s : -c;
 }
 
-static zs_value rotate_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+static void rotate_inverse(const zs_node *node, double inverse[12])
 {
   const struct rotate *p = node->parameters;
-  double m[9] = {0}, inverse[12], c, s;
+  double m[9] = {0}, c, s;
   turn(p->angle, &c, &s);
   const int z = p->axis, x = (z + 1) % 3, y = (z + 2) % 3;
   m[4 * z] = 1;
@@ -91,7 +105,21 @@ static zs_value rotate_emit(zs_compiler *compiler, const zs_node *node, const zs
   m[3 * x + y] = s;
   m[3 * y + x] = -s;
   about_point(m, p->about, inverse);
+}
+
+static zs_value rotate_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  double inverse[12];
+  rotate_inverse(node, inverse);
   return mapped(compiler, node, at, inverse, 1);
+}
+
+static zs_box rotate_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  double inverse[12];
+  rotate_inverse(node, inverse);
+  return zs_box_image(&children[0], inverse);
 }
 
 const zs_kind zs_kind_rotate = {
@@ -108,6 +136,7 @@ const zs_kind zs_kind_rotate = {
   .map = {"x * cos(rad(angle)) + y * sin(rad(angle))", "y * cos(rad(angle)) - x * sin(rad(angle))",
           "z"},
   .emit = rotate_emit,
+  .box = rotate_box,
 };
 
 /* ---- scale ----------------------------------------------------------------- */
@@ -127,12 +156,26 @@ static const zs_attribute scale_attributes[] = {
   ZS_POINT(struct scale, about, "about", "0 0 0", "the point that stays where it is"),
 };
 
-static zs_value scale_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+static void scale_inverse(const zs_node *node, double inverse[12])
 {
   const struct scale *p = node->parameters;
   const double m[9] = {1 / p->by[0], 0, 0, 0, 1 / p->by[1], 0, 0, 0, 1 / p->by[2]};
-  double inverse[12];
   about_point(m, p->about, inverse);
+}
+
+static zs_box scale_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  double inverse[12];
+  scale_inverse(node, inverse);
+  return zs_box_image(&children[0], inverse);
+}
+
+static zs_value scale_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct scale *p = node->parameters;
+  double inverse[12];
+  scale_inverse(node, inverse);
   double factor = fmin(fabs(p->by[0]), fmin(fabs(p->by[1]), fabs(p->by[2])));
   return mapped(compiler, node, at, inverse, factor);
 }
@@ -151,6 +194,7 @@ const zs_kind zs_kind_scale = {
           "about.z + (z - about.z) / by.z"},
   .formula = "f * min(abs(by.x), min(abs(by.y), abs(by.z)))",
   .emit = scale_emit,
+  .box = scale_box,
 };
 
 /* ---- mirror ---------------------------------------------------------------- */
@@ -175,16 +219,30 @@ static bool mirror_check(const zs_node *node, zs_diag *diag)
   return zs_node_check_direction(node, diag, "normal", p->normal);
 }
 
-static zs_value mirror_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+static void mirror_inverse(const zs_node *node, double inverse[12])
 {
   const struct mirror *p = node->parameters;
   const double length = hypot(hypot(p->normal[0], p->normal[1]), p->normal[2]);
-  double m[9], inverse[12];
+  double m[9];
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       m[3 * i + j] = (i == j) - 2 * (p->normal[i] / length) * (p->normal[j] / length);
   about_point(m, p->point, inverse);
+}
+
+static zs_value mirror_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  double inverse[12];
+  mirror_inverse(node, inverse);
   return mapped(compiler, node, at, inverse, 1);
+}
+
+static zs_box mirror_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  double inverse[12];
+  mirror_inverse(node, inverse);
+  return zs_box_image(&children[0], inverse);
 }
 
 /* How far the point is along the normal, twice, by the normal's square. */
@@ -205,6 +263,7 @@ const zs_kind zs_kind_mirror = {
   .map = {ACROSS "x - k * normal.x", ACROSS "y - k * normal.y", ACROSS "z - k * normal.z"},
   .check = mirror_check,
   .emit = mirror_emit,
+  .box = mirror_box,
 };
 
 /* ---- matrix ---------------------------------------------------------------- */
@@ -223,9 +282,7 @@ static const zs_attribute matrix_attributes[] = {
           "scene's; the last row of 16 is 0 0 0 1"},
 };
 
-/* Invert the 3 x 4 affine matrix; false when it is singular to working
- * precision. */
-static bool invert(const double a[12], double inverse[12])
+bool zs_affine_invert(const double a[12], double inverse[12])
 {
   double cofactor[9], largest = 0;
   for (int i = 0; i < 3; i++)
@@ -299,7 +356,7 @@ static bool matrix_check(const zs_node *node, zs_diag *diag)
     return zs_node_fail(node, diag, "values",
                         "the last row is %g %g %g %g; expected 0 0 0 1: the map must be affine",
                         v[12], v[13], v[14], v[15]);
-  if (!invert(v, inverse))
+  if (!zs_affine_invert(v, inverse))
     return zs_node_fail(node, diag, "values",
                         "the matrix is singular: it flattens space; expected one with an inverse");
   return true;
@@ -309,8 +366,17 @@ static zs_value matrix_emit(zs_compiler *compiler, const zs_node *node, const zs
 {
   const struct matrix *p = node->parameters;
   double inverse[12];
-  invert(p->values.values, inverse);
+  zs_affine_invert(p->values.values, inverse);
   return mapped(compiler, node, at, inverse, least_stretch(p->values.values));
+}
+
+static zs_box matrix_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct matrix *p = node->parameters;
+  double inverse[12];
+  zs_affine_invert(p->values.values, inverse);
+  return zs_box_image(&children[0], inverse);
 }
 
 const zs_kind zs_kind_matrix = {
@@ -326,4 +392,5 @@ const zs_kind zs_kind_matrix = {
   .children = ZS_CHILDREN_ONE,
   .check = matrix_check,
   .emit = matrix_emit,
+  .box = matrix_box,
 };

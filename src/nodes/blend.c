@@ -1,5 +1,8 @@
 /* Pasko and Savchenko's blending set operations. */
 #include "nodes/common.h"
+#include "nodes/extent.h"
+
+#include <math.h>
 
 #include "field/blend.h"
 
@@ -66,6 +69,30 @@ static zs_value difference_emit(zs_compiler *compiler, const zs_node *node,
   "so that it reaches everywhere, if little. More than two children are blended from left to " \
   "right."
 
+/* How far the displacement can move the surface of distances: the R-union of
+ * two depths d is (2 - sqrt 2) d, and more material means a0 above it. */
+static double swelling(const zs_node *node)
+{
+  const struct blend *p = node->parameters;
+  return 1.71 * fmax(p->a0, 0);
+}
+
+static zs_box union_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  return zs_box_grown(zs_box_of_union(node, children, count), swelling(node) * (double)count);
+}
+
+static zs_box intersection_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  return zs_box_grown(zs_box_of_intersection(node, children, count),
+                      swelling(node) * (double)count);
+}
+
+static zs_box difference_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  return zs_box_grown(children[0], swelling(node) * (double)count);
+}
+
 const zs_kind zs_kind_blend_union = {
   .name = "blend-union",
   .family = ZS_FAMILY_BLEND,
@@ -78,6 +105,7 @@ const zs_kind zs_kind_blend_union = {
   .children = ZS_CHILDREN_MANY,
   .formula = "a + b + sqrt(a^2 + b^2)" DISPLACEMENT,
   .emit = union_emit,
+  .box = union_box,
 };
 
 const zs_kind zs_kind_blend_intersection = {
@@ -92,6 +120,7 @@ const zs_kind zs_kind_blend_intersection = {
   .children = ZS_CHILDREN_MANY,
   .formula = "a + b - sqrt(a^2 + b^2)" DISPLACEMENT,
   .emit = intersection_emit,
+  .box = intersection_box,
 };
 
 const zs_kind zs_kind_blend_difference = {
@@ -106,4 +135,5 @@ const zs_kind zs_kind_blend_difference = {
   .children = ZS_CHILDREN_MANY,
   .formula = "a - b - sqrt(a^2 + b^2)" DISPLACEMENT,
   .emit = difference_emit,
+  .box = difference_box,
 };

@@ -20,6 +20,10 @@ zs_coordinates zs_coordinates_back(const zs_coordinates *at, int axis);
 /* Coordinates whose origin is at `origin`. */
 zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3]);
 
+/* Invert a 3 x 4 affine matrix; false when it is singular to working
+ * precision. */
+bool zs_affine_invert(const double matrix[12], double inverse[12]);
+
 /* ---- Nodes --------------------------------------------------------------- */
 
 /* Whether an attribute was written. */

@@ -64,7 +64,7 @@ typedef struct zs_attribute {
 typedef struct zs_node zs_node;
 typedef struct zs_kind zs_kind;
 
-/* A box, empty when lo > hi, infinite where unknown. */
+/* A box, infinite where unknown. */
 typedef struct zs_box {
   double lo[3], hi[3];
 } zs_box;
@@ -135,9 +135,10 @@ struct zs_kind {
   /* Emits f.  NULL: from the formulas above.  Errors are reported to
    * zs_compiler_diag; any value may then be returned. */
   zs_value (*emit)(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
-  /* A box that holds the solid where bounds of the program cannot find one
-   * (data nodes), from the children's boxes.  Optional: the default unites. */
-  zs_box (*box)(const zs_node *node);
+  /* A box that holds the solid, in the node's coordinates, from those of its
+   * child nodes (one, of their union, for CHILDREN_ONE).  Asked for when bounds
+   * of the program find none.  Optional: then there is none to be had. */
+  zs_box (*box)(const zs_node *node, const zs_box *children, size_t count);
 };
 
 /* All kinds, parts not included, NULL-terminated, in the manual's order. */

@@ -11,6 +11,8 @@ zs_sources += \
   src/nodes/cylinder.c \
   src/nodes/ellipsoid.c \
   src/nodes/emit.c \
+  src/nodes/extent.c \
+  src/nodes/extent.h \
   src/nodes/extrude.c \
   src/nodes/formula.c \
   src/nodes/half_space.c \

@@ -1,4 +1,6 @@
-#include "nodes/kind.h"
+#include "nodes/extent.h"
+
+#include <math.h>
 
 struct offset {
   double by;
@@ -8,6 +10,13 @@ static const zs_attribute attributes[] = {
   ZS_LENGTH(struct offset, by, "by", NULL, ZS_RANGE_ANY,
             "how far the surface moves outward; negative values shrink the solid"),
 };
+
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct offset *p = node->parameters;
+  return zs_box_grown(children[0], fmax(p->by, 0));
+}
 
 const zs_kind zs_kind_offset = {
   .name = "offset",
@@ -23,4 +32,5 @@ const zs_kind zs_kind_offset = {
   .parameters_size = sizeof(struct offset),
   .children = ZS_CHILDREN_ONE,
   .formula = "f + by",
+  .box = box,
 };

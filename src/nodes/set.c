@@ -1,5 +1,6 @@
 /* The set operations, as R-functions of their operands. */
 #include "nodes/common.h"
+#include "nodes/extent.h"
 
 #include "field/blend.h"
 
@@ -179,6 +180,7 @@ const zs_kind zs_kind_union = {
   .variants = union_variants,
   .check = check,
   .emit = union_emit,
+  .box = zs_box_of_union,
 };
 
 const zs_kind zs_kind_intersection = {
@@ -195,6 +197,7 @@ const zs_kind zs_kind_intersection = {
   .variants = intersection_variants,
   .check = check,
   .emit = intersection_emit,
+  .box = zs_box_of_intersection,
 };
 
 const zs_kind zs_kind_difference = {
@@ -212,6 +215,7 @@ const zs_kind zs_kind_difference = {
   .variants = difference_variants,
   .check = check,
   .emit = difference_emit,
+  .box = zs_box_of_first,
 };
 
 const zs_kind zs_kind_symmetric_difference = {
@@ -228,6 +232,7 @@ const zs_kind zs_kind_symmetric_difference = {
   .variants = symmetric_difference_variants,
   .check = check,
   .emit = symmetric_difference_emit,
+  .box = zs_box_of_union,
 };
 
 const zs_kind zs_kind_complement = {

@@ -1,4 +1,4 @@
-#include "nodes/kind.h"
+#include "nodes/extent.h"
 
 static const char *const sides[] = {"both", "in", "out", NULL};
 
@@ -22,6 +22,13 @@ static const zs_variant variants[] = {
   {NULL, NULL, NULL},
 };
 
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct shell *p = node->parameters;
+  return zs_box_grown(children[0], p->thickness);
+}
+
 const zs_kind zs_kind_shell = {
   .name = "shell",
   .family = ZS_FAMILY_FUNCTION_MAP,
@@ -33,4 +40,5 @@ const zs_kind zs_kind_shell = {
   .parameters_size = sizeof(struct shell),
   .children = ZS_CHILDREN_ONE,
   .variants = variants,
+  .box = box,
 };

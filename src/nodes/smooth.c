@@ -1,5 +1,6 @@
 /* Set operations with a fillet of bounded size. */
 #include "nodes/common.h"
+#include "nodes/extent.h"
 
 #include "field/blend.h"
 
@@ -95,6 +96,13 @@ static const zs_variant difference_variants[] = VARIANTS("let d = abs(a + b); ",
   "(circular)"
 #define TRAIT "distance bound of distance bounds"
 
+/* The seam swells by less than the radius. */
+static zs_box union_box(const zs_node *node, const zs_box *children, size_t count)
+{
+  const struct smooth *p = node->parameters;
+  return zs_box_grown(zs_box_of_union(node, children, count), p->radius);
+}
+
 const zs_kind zs_kind_smooth_union = {
   .name = "smooth-union",
   .family = ZS_FAMILY_BLEND,
@@ -109,6 +117,7 @@ const zs_kind zs_kind_smooth_union = {
   .children = ZS_CHILDREN_MANY,
   .variants = union_variants,
   .emit = union_emit,
+  .box = union_box,
 };
 
 const zs_kind zs_kind_smooth_intersection = {
@@ -125,6 +134,7 @@ const zs_kind zs_kind_smooth_intersection = {
   .children = ZS_CHILDREN_MANY,
   .variants = intersection_variants,
   .emit = intersection_emit,
+  .box = zs_box_of_intersection,
 };
 
 const zs_kind zs_kind_smooth_difference = {
@@ -141,4 +151,5 @@ const zs_kind zs_kind_smooth_difference = {
   .children = ZS_CHILDREN_MANY,
   .variants = difference_variants,
   .emit = difference_emit,
+  .box = zs_box_of_first,
 };

@@ -1,4 +1,7 @@
 #include "nodes/common.h"
+#include "nodes/extent.h"
+
+#include <math.h>
 
 struct taper {
   double from, to, start, end;
@@ -22,6 +25,21 @@ static bool check(const zs_node *node, zs_diag *diag)
 
 #define FACTOR "let s = start + (end - start) * clamp((z - from) / (to - from), 0, 1); "
 
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct taper *p = node->parameters;
+  const double most = fmax(p->start, p->end);
+  zs_box all = children[0];
+  for (int k = 0; k < 3; k++) {
+    if (k == p->axis)
+      continue;
+    all.lo[k] = fmin(all.lo[k] * most, 0);
+    all.hi[k] = fmax(all.hi[k] * most, 0);
+  }
+  return all;
+}
+
 const zs_kind zs_kind_taper = {
   .name = "taper",
   .family = ZS_FAMILY_COORDINATE_MAP,
@@ -35,4 +53,5 @@ const zs_kind zs_kind_taper = {
   .children = ZS_CHILDREN_ONE,
   .map = {FACTOR "x / s", FACTOR "y / s", "z"},
   .check = check,
+  .box = box,
 };

@@ -1,4 +1,7 @@
 #include "nodes/common.h"
+#include "nodes/extent.h"
+
+#include <math.h>
 
 struct twist {
   double rate, from, to, angle;
@@ -53,6 +56,19 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_children_emit(compiler, node, &child);
 }
 
+/* Every cross-section may turn any way. */
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct twist *p = node->parameters;
+  const int x = (p->axis + 1) % 3, y = (p->axis + 2) % 3;
+  zs_box all = children[0];
+  double radius = hypot(fmax(-all.lo[x], all.hi[x]), fmax(-all.lo[y], all.hi[y]));
+  all.lo[x] = all.lo[y] = -radius;
+  all.hi[x] = all.hi[y] = radius;
+  return all;
+}
+
 const zs_kind zs_kind_twist = {
   .name = "twist",
   .family = ZS_FAMILY_COORDINATE_MAP,
@@ -68,4 +84,5 @@ const zs_kind zs_kind_twist = {
           "let t = rad(rate * z); y * cos(t) - x * sin(t)", "z"},
   .check = check,
   .emit = emit,
+  .box = box,
 };

@@ -268,8 +268,9 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_emit_operation(compiler, operation, sum, u[0], u[1], u[2]);
 }
 
-static zs_box box(const zs_node *node)
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
 {
+  (void)children, (void)count;
   const struct variational *p = node->parameters;
   zs_rbf_samples samples = {0};
   zs_box result = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};

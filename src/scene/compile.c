@@ -1,5 +1,24 @@
 /* The whole way from a scene to a field. */
+#include "nodes/extent.h"
 #include "scene/scene.h"
+
+/* Find the box around the solid now, while the tree is at hand: where bounds
+ * cannot, the tree tells where to look. */
+static void locate(zs_field *field, const zs_tree *tree, const zs_control *control,
+                   struct zs_cache *cache)
+{
+  double lo[3], hi[3];
+  bool found = zs_field_box(field, lo, hi, NULL);
+  if (!found) {
+    zs_box extent = zs_node_extent(tree->root, control, cache);
+    if (!zs_box_is_finite(&extent))
+      return;
+    zs_field_set_hint(field, extent.lo, extent.hi);
+    found = zs_field_box(field, lo, hi, NULL);
+  }
+  if (found)
+    zs_field_set_box(field, lo, hi);
+}
 
 static zs_field *compile(zs_scene *scene, const char *object, const zs_control *control,
                          zs_diag *diag)
@@ -19,9 +38,12 @@ static zs_field *compile(zs_scene *scene, const char *object, const zs_control *
     zs_compiler_free(compiler);
     return NULL;
   }
-  return zs_compiler_finish(compiler, result, tree.node_count,
-                            tree.has_domain ? tree.domain_lo : NULL,
-                            tree.has_domain ? tree.domain_hi : NULL, NULL, NULL);
+  zs_field *field = zs_compiler_finish(compiler, result, tree.node_count);
+  if (field && tree.has_domain)
+    zs_field_set_box(field, tree.domain_lo, tree.domain_hi);
+  else if (field)
+    locate(field, &tree, control, scene->cache);
+  return field;
 }
 
 zs_field *zs_scene_compile(zs_scene *scene, const char *object, const zs_control *control,

@@ -27,7 +27,7 @@ static zs_compiler *begin(zs_value xyz[3])
 
 static zs_field *finish(zs_compiler *c, zs_value result)
 {
-  zs_field *field = zs_compiler_finish(c, result, 1, NULL, NULL, NULL, NULL);
+  zs_field *field = zs_compiler_finish(c, result, 1);
   assert_non_null(field);
   return field;
 }

@@ -66,7 +66,7 @@ static void threads_share_a_field(void **state)
     zs_value r = zs_emit(c, ZS_FUNCTION_HYPOT, x, zs_emit_coordinate(c, &at, 1), 0);
     f = zs_emit(c, ZS_FUNCTION_MAXIMUM, f, zs_emit(c, ZS_FUNCTION_SINE, r, 0, 0), 0);
   }
-  zs_field *field = zs_compiler_finish(c, f, 1, NULL, NULL, NULL, NULL);
+  zs_field *field = zs_compiler_finish(c, f, 1);
   assert_non_null(field);
   pthread_t threads[THREADS];
   job *jobs = calloc(THREADS, sizeof *jobs);

@@ -228,7 +228,7 @@ static inline zs_eval *compiled(const zs_node *node)
   zs_coordinates at = zs_coordinates_root();
   zs_value value = zs_node_emit(compiler, node, &at);
   assert_int_equal(diag.errors, 0);
-  zs_field *field = zs_compiler_finish(compiler, value, 1, NULL, NULL, NULL, NULL);
+  zs_field *field = zs_compiler_finish(compiler, value, 1);
   assert_non_null(field);
   zs_eval *eval = zs_eval_new(field, &diag);
   assert_non_null(eval);

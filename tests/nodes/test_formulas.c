@@ -16,7 +16,7 @@ static zs_eval *compiled_by(emission *emit, const zs_node *node)
   zs_coordinates at = zs_coordinates_root();
   zs_value value = emit(compiler, node, &at);
   assert_int_equal(diag.errors, 0);
-  zs_field *field = zs_compiler_finish(compiler, value, 1, NULL, NULL, NULL, NULL);
+  zs_field *field = zs_compiler_finish(compiler, value, 1);
   assert_non_null(field);
   zs_eval *eval = zs_eval_new(field, &diag);
   assert_non_null(eval);

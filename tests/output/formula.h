@@ -28,7 +28,7 @@ static inline zs_field *formula_field_at(const char *text, const double at[3])
   for (uint32_t i = 0; i < expression->variable_count; i++)
     variables[i] = zs_emit_coordinate(compiler, &moved, expression->variables[i][0] - 'x');
   zs_value f = zs_emit_expression(compiler, expression, variables);
-  return zs_compiler_finish(compiler, f, 1, NULL, NULL, NULL, NULL);
+  return zs_compiler_finish(compiler, f, 1);
 }
 
 /* The field of a formula, or NULL. */

@@ -234,7 +234,7 @@ static zs_eval *evaluator(const double *v, size_t count)
   zs_value result = zs_emit_operation(c, &zs_polygon_operation, polygon,
                                       zs_emit_coordinate(c, &at, 0), zs_emit_coordinate(c, &at, 1),
                                       0);
-  zs_field *field = zs_compiler_finish(c, result, 1, NULL, NULL, NULL, NULL);
+  zs_field *field = zs_compiler_finish(c, result, 1);
   assert_non_null(field);
   zs_eval *eval = zs_eval_new(field, NULL);
   assert_non_null(eval);

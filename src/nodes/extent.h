@@ -1,0 +1,27 @@
+/* Where a solid is, when bounds of its whole program cannot tell: found for the
+ * parts for which they can, and carried up the tree from there. */
+#ifndef ZS_EXTENT_H
+#define ZS_EXTENT_H
+
+#include "nodes/kind.h"
+
+/* The box of a node's solid; infinite where none is found.  Compiles parts of
+ * the tree; `control` and `cache` as for zs_compiler_new. */
+zs_box zs_node_extent(const zs_node *node, const zs_control *control, struct zs_cache *cache);
+
+bool zs_box_is_finite(const zs_box *box);
+
+/* ---- For the kinds' box functions ---- */
+
+zs_box zs_box_everything(void);
+zs_box zs_box_grown(zs_box box, double by);
+
+/* The box of the image of a box, under the map whose inverse is affine (3 x 4). */
+zs_box zs_box_image(const zs_box *box, const double inverse[12]);
+
+/* Box functions that serve several kinds. */
+zs_box zs_box_of_union(const zs_node *node, const zs_box *children, size_t count);
+zs_box zs_box_of_intersection(const zs_node *node, const zs_box *children, size_t count);
+zs_box zs_box_of_first(const zs_node *node, const zs_box *children, size_t count);
+
+#endif
