@@ -2,6 +2,7 @@
 
 #include "scene/document.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -259,6 +260,8 @@ const char *zs_grammar_type_name(const zs_attribute *attribute)
 
 void zs_grammar_limit(zs_grammar *grammar, const char *before, double limit, const char *after)
 {
+  if (isinf(limit))
+    return;
   zs_grammar_indent(grammar);
   zs_text_add(&grammar->text, before);
   zs_text_add_number(&grammar->text, limit);

@@ -76,7 +76,8 @@ const char *zs_grammar_type_name(const zs_attribute *attribute);
  * schema's own numbers; of whole numbers, fractions too. */
 extern const char zs_grammar_decimal[], zs_grammar_whole[];
 
-/* A limit of a number, between two texts, on its own line. */
+/* A limit of a number, between two texts, on its own line; nothing for an
+ * infinite one. */
 void zs_grammar_limit(zs_grammar *grammar, const char *before, double limit, const char *after);
 
 /* Whether an attribute is a text that may have no characters. */

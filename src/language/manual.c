@@ -3,6 +3,7 @@
 
 #include "scene/document.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- One element ---------------------------------------------------------- */
@@ -40,6 +41,11 @@ static void put_range(zs_text *text, const zs_attribute *attribute)
     zs_text_add(text, "`true`, `false`");
   if (attribute->range != ZS_RANGE_BETWEEN) {
     zs_text_add(text, ranges[attribute->range]);
+    return;
+  }
+  if (isinf(attribute->minimum) || isinf(attribute->maximum)) {
+    zs_text_add(text, isinf(attribute->maximum) ? "≥ " : "≤ ");
+    zs_text_add_number(text, isinf(attribute->maximum) ? attribute->minimum : attribute->maximum);
     return;
   }
   zs_text_add_number(text, attribute->minimum);

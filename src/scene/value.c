@@ -57,7 +57,11 @@ static void describe_noun(const zs_attribute *row, char text[DESCRIPTION_SIZE])
   const char *one = length ? "a length" : angle ? "an angle in degrees" : "a number";
   const char *many = length ? "lengths" : angle ? "angles in degrees" : "numbers";
   switch (row->type) {
-  case ZS_NUMBER: describe_more(text, "%s", one); break;
+  case ZS_NUMBER:
+    for (const char *const *word = row->choices; word && *word; word++)
+      describe_more(text, "'%s' or ", *word);
+    describe_more(text, "%s", one);
+    break;
   case ZS_INTEGER: describe_more(text, "a whole number"); break;
   case ZS_VECTOR2: describe_more(text, "two %s", many); break;
   case ZS_VECTOR3: describe_more(text, "three %s", many); break;
@@ -458,8 +462,33 @@ static bool check_count(const input *in, size_t count)
   return fail_value(in, ZS_ERROR_SYNTAX, hint, problem);
 }
 
+/* A value without the space around it. */
+static const char *trimmed(const zs_xml_attribute *attribute, size_t *length)
+{
+  size_t at = skip_space(attribute->value, 0, attribute->length), end = attribute->length;
+  while (end > at && is_space(attribute->value[end - 1]))
+    end--;
+  *length = end - at;
+  return attribute->value + at;
+}
+
+/* The index of the choice that is written, or -1. */
+static int find_choice(const input *in)
+{
+  size_t length;
+  const char *text = trimmed(in->written, &length);
+  for (int i = 0; in->row->choices[i]; i++)
+    if (strlen(in->row->choices[i]) == length && memcmp(in->row->choices[i], text, length) == 0)
+      return i;
+  return -1;
+}
+
 static bool read_numbers(const input *in, void *field)
 {
+  if (in->row->type == ZS_NUMBER && in->row->choices && find_choice(in) >= 0) {
+    *(double *)field = NAN;
+    return true;
+  }
   size_t count = 0;
   const double *numbers = numbers_of(in, &count);
   if (!numbers || !check_count(in, count))
@@ -482,27 +511,16 @@ static bool read_numbers(const input *in, void *field)
   return true;
 }
 
-/* A value without the space around it. */
-static const char *trimmed(const zs_xml_attribute *attribute, size_t *length)
-{
-  size_t at = skip_space(attribute->value, 0, attribute->length), end = attribute->length;
-  while (end > at && is_space(attribute->value[end - 1]))
-    end--;
-  *length = end - at;
-  return attribute->value + at;
-}
-
 static bool read_choice(const input *in, int *field)
 {
-  size_t length, count = 0;
-  const char *text = trimmed(in->written, &length);
-  for (; in->row->choices[count]; count++) {
-    if (strlen(in->row->choices[count]) == length &&
-        memcmp(in->row->choices[count], text, length) == 0) {
-      *field = (int)count;
-      return true;
-    }
+  int choice = find_choice(in);
+  if (choice >= 0) {
+    *field = choice;
+    return true;
   }
+  size_t count = 0;
+  while (in->row->choices[count])
+    count++;
   char hint[128];
   const char *near = zs_suggest(in->written->value, in->row->choices, count);
   if (near)
