@@ -19,8 +19,7 @@ enum { FIRST = 1, LAST = SAMPLES - 2 };
 static const float BEYOND = 0.03f;
 
 /* Depth of a leaf, and how well a surface is located, in pixels. */
-static const double LEAF_DEPTH = 8;
-static const float ROOT_TOLERANCE = 2e-3f;
+static const double LEAF_DEPTH = 8, ROOT_TOLERANCE = 2e-3;
 
 /* Slopes between samples may be this much too small for what lies between. */
 static const float SLOPE_SLACK = 1.5f;
@@ -363,8 +362,9 @@ static void settle(leaf *l, unsigned i, float f, const float gradient[3])
   *span = (zs_ray_span){.near = INFINITY, .far = -INFINITY};
 }
 
-/* Gradients at all hits, in axis-parallel coordinates about the first one. */
-static void settle_all(leaf *l)
+/* Gradients at all hits, in axis-parallel coordinates about the first one.  They
+ * are taken `inset` deeper: many distances have no gradient at f = 0 itself. */
+static void settle_all(leaf *l, double inset)
 {
   _Alignas(64) float at[3][ZS_BLOCK], gradient[4][ZS_BLOCK];
   uint8_t index[ZS_COLUMN_RAYS];
@@ -373,7 +373,8 @@ static void settle_all(leaf *l)
   for (unsigned i = 0; i < l->count; i++) {
     if (!l->found[i])
       continue;
-    zs_camera_point(l->tracer->camera, (double)l->u[i], (double)l->v[i], (double)l->hi[i], point);
+    zs_camera_point(l->tracer->camera, (double)l->u[i], (double)l->v[i],
+                    (double)l->hi[i] + inset, point);
     if (n == 0)
       memcpy(origin, point, sizeof origin);
     for (int k = 0; k < 3; k++)
@@ -403,9 +404,10 @@ static void trace_leaf(zs_tracer *tracer, const zs_program *program, zs_tile *ti
   sample(&l);
   bracket(&l);
   look_closer(&l);
-  const double footprint = zs_camera_footprint(tracer->camera, (double)b);
-  close_in(&l, ROOT_TOLERANCE * (float)(footprint / tile->rays_per_pixel));
-  settle_all(&l);
+  const double tolerance =
+    ROOT_TOLERANCE * zs_camera_footprint(tracer->camera, (double)b) / tile->rays_per_pixel;
+  close_in(&l, (float)tolerance);
+  settle_all(&l, tolerance);
 }
 
 /* ---- The tree of boxes ------------------------------------------------------------------ */
