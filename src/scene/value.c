@@ -528,25 +528,6 @@ static bool read_choice(const input *in, int *field)
   return fail_value(in, ZS_ERROR_SCHEMA, near ? hint : NULL, "is not one of the choices");
 }
 
-/* Whether a number's attribute is one of the words that may stand for it. */
-static bool is_word(const input *in)
-{
-  size_t length;
-  const char *text = trimmed(in->written, &length);
-  for (const char *const *word = in->row->choices; word && *word; word++)
-    if (strlen(*word) == length && memcmp(*word, text, length) == 0)
-      return true;
-  return false;
-}
-
-static bool read_number_or_word(const input *in, double *field)
-{
-  if (!is_word(in))
-    return read_numbers(in, field);
-  *field = NAN;
-  return true;
-}
-
 static bool read_boolean(const input *in, bool *field)
 {
   size_t length;
@@ -651,7 +632,7 @@ static bool read_text_formula(const input *in, zs_formula *field)
 static bool read_value(const input *in, void *field)
 {
   switch (in->row->type) {
-  case ZS_NUMBER: return read_number_or_word(in, field);
+  case ZS_NUMBER:
   case ZS_INTEGER:
   case ZS_VECTOR2:
   case ZS_VECTOR3:
