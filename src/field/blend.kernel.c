@@ -54,8 +54,9 @@ static numbers r_displaced_numbers(const void *data)
   const zs_blend *p = data;
   numbers c = numbers_alpha(p, 0);
   c.a0 = (float)p->parameter[0];
-  c.b1 = (float)(1 / p->parameter[1]);
-  c.b2 = (float)(1 / p->parameter[2]);
+  /* Kept finite, so that 0 times it is 0. */
+  c.b1 = (float)fmin(1 / p->parameter[1], 1e30);
+  c.b2 = (float)fmin(1 / p->parameter[2], 1e30);
   return c;
 }
 
@@ -340,12 +341,15 @@ static void r_m_bounds(const zs_bounds_arguments *x)
       set_lane(x->out, l, zs_interval_unknown());
       continue;
     }
-    zs_interval w = zs_interval_add(zs_interval_square(a), zs_interval_square(b));
-    zs_interval p = zs_interval_widened(small_power(w.lo, c.power), small_power(w.hi, c.power),
-                                        2 + 4 * (float)c.power);
-    /* The exact power may be less than the least that blocks use. */
+    const zs_interval u = zs_interval_absolute(a), v = zs_interval_absolute(b);
+    const float ulps = 4 + 4 * (float)c.power;
+    zs_interval p = {small_power(u.lo * u.lo + v.lo * v.lo, c.power) * (1 - ulps * UNIT),
+                     small_power(u.hi * u.hi + v.hi * v.hi, c.power) * (1 + ulps * UNIT)};
+    /* The exact power may be beyond the least and the greatest that blocks use. */
     if (p.lo < 1e-19f)
       p.lo = 0;
+    if (p.hi > 1e38f)
+      p.hi = INFINITY;
     set_lane(x->out, l, zs_interval_multiply(r_alpha_interval(a, b, c), p));
   }
 }

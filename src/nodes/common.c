@@ -40,16 +40,33 @@ bool zs_node_has(const zs_node *node, const char *attribute)
   return false;
 }
 
+static void report(const zs_node *node, zs_diag *diag, zs_status status, const char *attribute,
+                   const char *format, va_list arguments)
+{
+  char message[256];
+  vsnprintf(message, sizeof message, format, arguments);
+  zs_place place = attribute ? zs_node_place(node, attribute) : node->place;
+  zs_report(diag, ZS_ERROR, status, &place, NULL, "%s", message);
+}
+
 bool zs_node_fail(const zs_node *node, zs_diag *diag, const char *attribute, const char *format,
                   ...)
 {
-  char message[256];
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(message, sizeof message, format, arguments);
+  report(node, diag, ZS_ERROR_GEOMETRY, attribute, format, arguments);
   va_end(arguments);
-  zs_place place = attribute ? zs_node_place(node, attribute) : node->place;
-  return zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "%s", message);
+  return false;
+}
+
+bool zs_node_misuse(const zs_node *node, zs_diag *diag, const char *attribute, const char *format,
+                    ...)
+{
+  va_list arguments;
+  va_start(arguments, format);
+  report(node, diag, ZS_ERROR_SCHEMA, attribute, format, arguments);
+  va_end(arguments);
+  return false;
 }
 
 bool zs_node_check_order(const zs_node *node, zs_diag *diag, const char *lower_name,
@@ -77,14 +94,14 @@ bool zs_node_check_span(const zs_node *node, zs_diag *diag, const char *single,
   bool has_single = zs_node_has(node, single);
   bool has_lower = zs_node_has(node, lower_name), has_upper = zs_node_has(node, upper_name);
   if (has_single && (has_lower || has_upper))
-    return zs_node_fail(node, diag, single, "'%s' cannot be combined with '%s' and '%s'", single,
-                        lower_name, upper_name);
+    return zs_node_misuse(node, diag, single, "'%s' cannot be combined with '%s' and '%s'", single,
+                          lower_name, upper_name);
   if (has_lower != has_upper)
-    return zs_node_fail(node, diag, has_lower ? lower_name : upper_name,
+    return zs_node_misuse(node, diag, has_lower ? lower_name : upper_name,
                         "'%s' is missing; '%s' and '%s' are given together",
                         has_lower ? upper_name : lower_name, lower_name, upper_name);
   if (!has_single && !has_lower)
-    return zs_node_fail(node, diag, NULL, "expected '%s', or '%s' and '%s'", single, lower_name,
+    return zs_node_misuse(node, diag, NULL, "expected '%s', or '%s' and '%s'", single, lower_name,
                         upper_name);
   return true;
 }

@@ -35,9 +35,13 @@ static inline bool zs_node_is_part(const zs_node *node)
   return node->kind->family == ZS_FAMILY_PART;
 }
 
-/* An error about an attribute; returns false. */
+/* Report about an attribute, or the whole element (NULL); both return false.
+ * zs_node_fail: what is written describes nothing that can exist.
+ * zs_node_misuse: it is not how the attributes are used. */
 bool zs_node_fail(const zs_node *node, zs_diag *diag, const char *attribute, const char *format,
                   ...) __attribute__((format(printf, 4, 5)));
+bool zs_node_misuse(const zs_node *node, zs_diag *diag, const char *attribute, const char *format,
+                    ...) __attribute__((format(printf, 4, 5)));
 
 /* Check `from` < `to` or min < max, component by component. */
 bool zs_node_check_order(const zs_node *node, zs_diag *diag, const char *lower_name,

@@ -2,6 +2,7 @@
 
 struct formula {
   zs_formula formula;
+  double lipschitz;
 };
 
 static const zs_attribute attributes[] = {
@@ -12,6 +13,15 @@ static const zs_attribute attributes[] = {
    .unit = "",
    .doc = "the element's text: an expression in `x`, `y`, `z` and the scene's parameters, after "
           "any number of `let name = expression;`"},
+  {.name = "lipschitz",
+   .type = ZS_NUMBER,
+   .offset = offsetof(struct formula, lipschitz),
+   .initial = "",
+   .unit = "1",
+   .range = ZS_RANGE_POSITIVE,
+   .doc = "a promise that the value changes by no more than this per unit of length, for people "
+          "and tools that read the scene; evaluation does not need it, since bounds come from "
+          "the expression itself"},
 };
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)

@@ -4,6 +4,9 @@
 
 #include <math.h>
 
+/* Farther apart, the corners' distances would not fit single precision. */
+static const double MOST_APART = 1e15;
+
 struct polygon {
   zs_numbers points;
 };
@@ -41,6 +44,9 @@ static bool check(const zs_node *node, zs_diag *diag)
     return zs_node_fail(node, diag, "points",
                         "the %zu corners enclose nothing; expected at least 3 that are not on one "
                         "line", count);
+  if (!(hypot(dx, dy) < MOST_APART))
+    return zs_node_fail(node, diag, "points", "corners lie %g apart; expected less than %g",
+                        hypot(dx, dy), MOST_APART);
   return true;
 }
 

@@ -39,6 +39,18 @@ static const zs_attribute attributes[] = {
    .doc = "for `r-m`: how many times differentiable; even"},
 };
 
+/* An attribute that only one R-function has, written with another. */
+static void warn_unused(const zs_node *node, zs_diag *diag, const char *attribute, int function)
+{
+  const struct set *p = node->parameters;
+  if (p->function == function || !zs_node_has(node, attribute))
+    return;
+  zs_place place = zs_node_place(node, attribute);
+  zs_report(diag, ZS_WARNING, ZS_ERROR_SCHEMA, &place, NULL,
+            "has no effect: it belongs to r-function=\"%s\", and this is \"%s\"",
+            functions[function], functions[p->function]);
+}
+
 static bool check(const zs_node *node, zs_diag *diag)
 {
   const struct set *p = node->parameters;
@@ -47,18 +59,31 @@ static bool check(const zs_node *node, zs_diag *diag)
                         p->alpha);
   if (p->m % 2)
     return zs_node_fail(node, diag, "m", "%d is odd; expected an even number", p->m);
+  warn_unused(node, diag, "alpha", R_ALPHA);
+  warn_unused(node, diag, "m", R_M);
   return true;
+}
+
+/* Whether a value is infinite: of `empty`, `everything` and their like. */
+static bool is_extreme(const zs_compiler *compiler, zs_value value, bool *positive)
+{
+  double number;
+  bool extreme = zs_value_constant(compiler, value, &number) && isinf(number);
+  *positive = extreme && number > 0;
+  return extreme;
 }
 
 /* a or b (side UNION), a and b (side INTERSECTION). */
 static zs_value join(zs_compiler *compiler, const struct set *p, zs_blend_side side, zs_value a,
                      zs_value b)
 {
-  double number;
-  bool extreme = (zs_value_constant(compiler, a, &number) && isinf(number)) ||
-                 (zs_value_constant(compiler, b, &number) && isinf(number));
-  /* With nothing or everything as an operand all of them agree. */
-  if (p->function == MIN_MAX || (p->function == R_ALPHA && p->alpha == 1) || extreme)
+  bool positive;
+  /* Nothing and everything decide, or leave the decision to the other. */
+  if (is_extreme(compiler, a, &positive))
+    return positive == (side == ZS_BLEND_UNION) ? a : b;
+  if (is_extreme(compiler, b, &positive))
+    return positive == (side == ZS_BLEND_UNION) ? b : a;
+  if (p->function == MIN_MAX || (p->function == R_ALPHA && p->alpha == 1))
     return zs_emit(compiler, side == ZS_BLEND_UNION ? ZS_FUNCTION_MAXIMUM : ZS_FUNCTION_MINIMUM, a,
                    b, 0);
   zs_blend data = {.side = side};

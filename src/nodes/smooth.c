@@ -10,6 +10,9 @@ static const zs_operation *const operations[] = {&zs_smooth_quadratic, &zs_smoot
                                                  &zs_smooth_circular, &zs_smooth_chamfer,
                                                  &zs_smooth_exponential};
 
+/* A radius whose square is nothing in single precision is none. */
+static const double NO_RADIUS = 1e-18;
+
 struct smooth {
   double radius;
   int profile;
@@ -28,7 +31,7 @@ static zs_value join(zs_compiler *compiler, const zs_node *node, zs_blend_side s
                      zs_value b)
 {
   const struct smooth *p = node->parameters;
-  if (p->radius == 0)
+  if (p->radius < NO_RADIUS)
     return zs_emit(compiler, side == ZS_BLEND_UNION ? ZS_FUNCTION_MAXIMUM : ZS_FUNCTION_MINIMUM, a,
                    b, 0);
   const zs_blend data = {.side = side, .parameter = {p->radius}};

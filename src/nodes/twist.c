@@ -30,11 +30,11 @@ static bool check(const zs_node *node, zs_diag *diag)
     return false;
   bool has_rate = zs_node_has(node, "rate"), has_angle = zs_node_has(node, "angle");
   if (has_rate && has_angle)
-    return zs_node_fail(node, diag, "angle", "'angle' cannot be combined with 'rate'");
+    return zs_node_misuse(node, diag, "angle", "'angle' cannot be combined with 'rate'");
   if (has_rate)
     return true;
   if (!has_angle)
-    return zs_node_fail(node, diag, NULL, "'angle' is missing; expected it beside 'from' and 'to'");
+    return zs_node_misuse(node, diag, NULL, "'angle' is missing; expected it beside 'from' and 'to'");
   return zs_node_check_order(node, diag, "from", &p->from, "to", &p->to, 1);
 }
 

@@ -6,8 +6,10 @@
 #include "mesh/mesh.h"
 #include "rbf/constraints.h"
 #include "rbf/sum.h"
+#include "scene/tree.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -210,62 +212,152 @@ static zs_rbf_kernel kernel_of(const struct variational *p)
   return p->kernel ? (zs_rbf_kernel)(p->kernel - 1) : zs_rbf_default_kernel(3);
 }
 
-static zs_rbf *fit(const zs_node *node, const zs_control *control, zs_diag *diag)
+/* A fit as scenes remember it and fields share it. */
+typedef struct fitted {
+  atomic_uint references;
+  zs_rbf_sum *sum;
+  double centre[3], size; /* of the unit box that the sum is in */
+  zs_fit_info info;
+} fitted;
+
+static void *fitted_ref(void *data)
 {
-  const struct variational *p = node->parameters;
-  zs_rbf_samples samples = {0};
-  zs_rbf_constraints constraints = {0};
-  zs_rbf *rbf = NULL;
-  if (gather(node, &samples, diag) &&
-      zs_rbf_constraints_build(&constraints, &samples, p->normal_offset, p->sides == SIDES_BOTH,
-                               control, &node->place, diag)) {
-    const zs_rbf_problem problem = {.dimension = 3,
-                                    .kernel = kernel_of(p),
-                                    .smoothing = p->smoothing,
-                                    .count = constraints.count,
-                                    .positions = constraints.positions,
-                                    .values = constraints.values};
-    rbf = zs_rbf_fit(&problem, control, &node->place, diag);
-  }
-  zs_rbf_constraints_clear(&constraints);
-  zs_rbf_samples_clear(&samples);
-  return rbf;
+  fitted *f = data;
+  atomic_fetch_add_explicit(&f->references, 1, memory_order_relaxed);
+  return f;
 }
 
-static void record(zs_compiler *compiler, const zs_node *node, const zs_rbf *rbf)
+static void fitted_unref(void *data)
 {
-  const zs_fit_info info = {.element = node->kind->name,
-                            .kernel = zs_rbf_kernel_names[rbf->kernel],
-                            .method = "dense",
-                            .line = node->place.line,
-                            .dimension = rbf->dimension,
-                            .constraints = rbf->count,
-                            .seconds = rbf->seconds,
-                            .residual = rbf->residual,
-                            .bytes = rbf->bytes};
-  zs_compiler_add_fit(compiler, &info);
+  fitted *f = data;
+  if (atomic_fetch_sub_explicit(&f->references, 1, memory_order_acq_rel) > 1)
+    return;
+  zs_rbf_sum_free(f->sum);
+  free(f);
+}
+
+static const zs_cache_type fitted_type = {fitted_ref, fitted_unref};
+
+static fitted *fitted_new(const zs_node *node, const zs_rbf *rbf, const zs_control *control,
+                          zs_diag *diag)
+{
+  fitted *f = calloc(1, sizeof *f);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, zs_control_threads(control));
+  if (!f || !sum) {
+    free(f);
+    zs_rbf_sum_free(sum);
+    zs_fail_memory(diag);
+    return NULL;
+  }
+  atomic_init(&f->references, 1);
+  f->sum = sum;
+  memcpy(f->centre, rbf->centre, sizeof f->centre);
+  f->size = rbf->size;
+  f->info = (zs_fit_info){.element = node->kind->name,
+                          .kernel = zs_rbf_kernel_names[rbf->kernel],
+                          .method = "dense",
+                          .dimension = rbf->dimension,
+                          .constraints = rbf->count,
+                          .seconds = rbf->seconds,
+                          .residual = rbf->residual,
+                          .bytes = rbf->bytes};
+  return f;
+}
+
+static fitted *fit(const zs_node *node, const zs_rbf_samples *samples, const zs_control *control,
+                   zs_diag *diag)
+{
+  const struct variational *p = node->parameters;
+  zs_rbf_constraints constraints;
+  if (!zs_rbf_constraints_build(&constraints, samples, p->normal_offset, p->sides == SIDES_BOTH,
+                                control, &node->place, diag))
+    return NULL;
+  const zs_rbf_problem problem = {.dimension = 3,
+                                  .kernel = kernel_of(p),
+                                  .smoothing = p->smoothing,
+                                  .count = constraints.count,
+                                  .positions = constraints.positions,
+                                  .values = constraints.values};
+  zs_rbf *rbf = zs_rbf_fit(&problem, control, &node->place, diag);
+  fitted *f = rbf ? fitted_new(node, rbf, control, diag) : NULL;
+  zs_rbf_free(rbf);
+  zs_rbf_constraints_clear(&constraints);
+  return f;
+}
+
+/* Mix some numbers into a key: two chains of multiplications by odd constants
+ * (of the golden ratio and of splitmix64), each word spread over all bits. */
+static void mix(uint64_t key[2], const double *numbers, size_t count)
+{
+  static const uint64_t factor[2] = {UINT64_C(0x9e3779b97f4a7c15), UINT64_C(0xbf58476d1ce4e5b9)};
+  for (size_t i = 0; i < count; i++) {
+    uint64_t bits;
+    memcpy(&bits, &numbers[i], sizeof bits);
+    for (int k = 0; k < 2; k++) {
+      key[k] = (key[k] ^ bits) * factor[k];
+      key[k] ^= key[k] >> 29;
+    }
+  }
+}
+
+/* A key of everything that a fit depends on. */
+static void key_of(const struct variational *p, const zs_rbf_samples *samples, uint64_t key[2])
+{
+  const double settings[] = {kernel_of(p), p->smoothing, p->sides,
+                             isnan(p->normal_offset) ? -1 : p->normal_offset};
+  key[0] = samples->count;
+  key[1] = ~key[0];
+  mix(key, settings, ZS_COUNT_OF(settings));
+  for (size_t i = 0; i < samples->count; i++) {
+    const zs_rbf_sample *sample = &samples->samples[i];
+    mix(key, sample->position, 3);
+    mix(key, sample->normal, 3);
+    mix(key, &sample->value, 1);
+  }
+}
+
+/* The fit of a node, made now or remembered, with a reference for the caller. */
+static fitted *fit_or_find(const zs_node *node, zs_cache *cache, const zs_control *control,
+                           zs_diag *diag)
+{
+  zs_rbf_samples samples = {0};
+  fitted *f = NULL;
+  if (gather(node, &samples, diag)) {
+    uint64_t key[2];
+    key_of(node->parameters, &samples, key);
+    f = zs_cache_find(cache, key, &fitted_type);
+    if (!f) {
+      f = fit(node, &samples, control, diag);
+      /* What cannot be remembered is only made again. */
+      if (f && cache)
+        zs_cache_add(cache, key, &fitted_type, f);
+    }
+  }
+  zs_rbf_samples_clear(&samples);
+  return f;
 }
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
-  zs_rbf *rbf = fit(node, zs_compiler_control(compiler), zs_compiler_diag(compiler));
-  if (!rbf)
+  fitted *f = fit_or_find(node, zs_compiler_cache(compiler), zs_compiler_control(compiler),
+                          zs_compiler_diag(compiler));
+  if (!f)
     return zs_emit_constant(compiler, 0);
-  record(compiler, node, rbf);
-  const double *c = rbf->centre, s = 1 / rbf->size;
+  const zs_rbf_sum *sum = f->sum;
+  const double *c = f->centre, s = 1 / f->size;
   const double to_unit_box[12] = {s, 0, 0, -c[0] * s, 0, s, 0, -c[1] * s, 0, 0, s, -c[2] * s};
-  const zs_operation *operation = zs_rbf_sum_operation(rbf->kernel);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, zs_control_threads(zs_compiler_control(compiler)));
-  zs_rbf_free(rbf);
-  if (!sum || !zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
+  zs_fit_info info = f->info;
+  info.line = node->place.line;
+  if (!zs_compiler_keep(compiler, f, fitted_unref)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }
+  zs_compiler_add_fit(compiler, &info);
   zs_coordinates unit = zs_coordinates_affine(at, to_unit_box);
   zs_value u[3];
   for (int k = 0; k < 3; k++)
     u[k] = zs_emit_coordinate(compiler, &unit, k);
-  return zs_emit_operation(compiler, operation, sum, u[0], u[1], u[2]);
+  return zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
 }
 
 static zs_box box(const zs_node *node, const zs_box *children, size_t count)

@@ -2,8 +2,12 @@ zs_tests += \
   tests/nodes/test_formulas \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
-  tests/nodes/test_primitives
+  tests/nodes/test_primitives \
+  tests/nodes/test_trees
 tests_nodes_test_formulas_SOURCES = tests/nodes/test_formulas.c tests/nodes/build.h
-tests_nodes_test_kinds_SOURCES = tests/nodes/test_kinds.c tests/nodes/build.h
+tests_nodes_test_kinds_SOURCES = \
+  tests/nodes/test_kinds.c tests/nodes/build.h tests/nodes/random_nodes.h
 tests_nodes_test_laws_SOURCES = tests/nodes/test_laws.c tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
+tests_nodes_test_trees_SOURCES = \
+  tests/nodes/test_trees.c tests/nodes/build.h tests/nodes/random_nodes.h

@@ -1,0 +1,143 @@
+/* Nodes with random attributes, made from the table of kinds, for tests. */
+#ifndef ZS_TEST_RANDOM_NODES_H
+#define ZS_TEST_RANDOM_NODES_H
+
+#include "build.h"
+
+/* Kinds that need input from files; their room tests them. */
+static inline bool needs_data(const zs_kind *kind)
+{
+  return !strcmp(kind->name, "variational");
+}
+
+static inline double random_number(const zs_attribute *attribute, uint64_t *state)
+{
+  const char *unit = attribute->unit;
+  double size = !strcmp(unit, "degrees") ? 180 : !strcmp(unit, "degrees per length") ? 40 : 1.5;
+  switch (attribute->range) {
+  case ZS_RANGE_POSITIVE:
+    return random_between(state, 0.2, size);
+  case ZS_RANGE_NOT_NEGATIVE:
+    return random_below(state, 4) ? random_between(state, 0.05, size / 3) : 0;
+  case ZS_RANGE_NOT_ZERO:
+    return random_between(state, 0.4, size) * (random_below(state, 2) ? 1 : -1);
+  case ZS_RANGE_BETWEEN:
+    return random_between(state, attribute->minimum, attribute->maximum);
+  default:
+    return random_between(state, -size, size);
+  }
+}
+
+static inline void random_polygon(zs_arena *arena, zs_node *node, uint64_t *state)
+{
+  double points[2 * 60];
+  const size_t count = 3 + random_below(state, 58);
+  for (size_t i = 0; i < count; i++) {
+    const double angle = 6.283185307179586 * (double)i / (double)count;
+    const double r = random_between(state, 0.3, 1.5);
+    points[2 * i] = r * cos(angle);
+    points[2 * i + 1] = r * sin(angle);
+  }
+  set_numbers(arena, node, "points", points, 2 * count);
+}
+
+static inline void random_matrix(zs_arena *arena, zs_node *node, uint64_t *state)
+{
+  double values[12];
+  for (int i = 0; i < 12; i++)
+    values[i] = random_between(state, -0.5, 0.5) + (i % 5 == 0);
+  set_numbers(arena, node, "values", values, 12);
+}
+
+static inline void random_formula(zs_arena *arena, zs_node *node, const zs_attribute *attribute,
+                           uint64_t *state)
+{
+  static const char *const coordinates[] = {"x + 0.2 * sin(y)", "y - 0.3 * z * z", "z * 1.2 + x",
+                                            "x * cos(z / 3) - y * sin(z / 3)"};
+  static const char *const values[] = {"f - 0.1 * x", "0.5 * f + 0.1", "max(f, -0.2)"};
+  static const char *const solids[] = {"let r = hypot(x, y); 0.3 - hypot(r - 1, z)",
+                                       "1 - x^2 - y^2 - z^4", "sin(2*x) + cos(3*y) - z"};
+  const char *text = !strcmp(attribute->name, "value")     ? values[random_below(state, 3)]
+                     : !strcmp(attribute->name, "formula") ? solids[random_below(state, 3)]
+                                                           : coordinates[random_below(state, 4)];
+  set_formula(arena, node, attribute->name, text);
+}
+
+static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_attribute *attribute,
+                             uint64_t *state)
+{
+  const int count = components(attribute);
+  double values[3];
+  if (count) {
+    for (int i = 0; i < count; i++)
+      values[i] = random_number(attribute, state);
+    set_vector(node, attribute->name, values);
+  } else if (attribute->type == ZS_INTEGER) {
+    int step = (int)(attribute->maximum - attribute->minimum) + 1;
+    set(node, attribute->name, attribute->minimum + random_below(state, step < 6 ? (unsigned)step : 6));
+  } else if (attribute->type == ZS_CHOICE) {
+    unsigned n = 0;
+    while (attribute->choices[n])
+      n++;
+    choose(node, attribute->name, attribute->choices[random_below(state, n)]);
+  } else if (attribute->type == ZS_FORMULA) {
+    random_formula(arena, node, attribute, state);
+  } else if (!strcmp(attribute->name, "points")) {
+    random_polygon(arena, node, state);
+  } else if (!strcmp(attribute->name, "values")) {
+    random_matrix(arena, node, state);
+  } else {
+    fail_msg("<%s> %s: the test does not know how to make one", node->kind->name, attribute->name);
+  }
+}
+
+/* A node with random attributes that its check accepts; no children yet. */
+static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_t *state)
+{
+  for (int attempt = 0; attempt < 2000; attempt++) {
+    zs_node *node = node_of_kind(arena, kind);
+    for (size_t i = 0; i < kind->attribute_count; i++) {
+      const zs_attribute *attribute = &kind->attributes[i];
+      if (!attribute->initial || random_below(state, 2))
+        random_attribute(arena, node, attribute, state);
+    }
+    if (!kind->check || kind->parts || kind->check(node, NULL))
+      return node;
+  }
+  fail_msg("<%s>: no random attributes are accepted", kind->name);
+  return NULL;
+}
+
+static inline zs_node *random_child(zs_arena *arena, uint64_t *state)
+{
+  static const char *const names[] = {"sphere",    "box",     "torus",   "cylinder", "capsule",
+                                      "ellipsoid", "polygon", "rectangle", "cone",   "slab"};
+  zs_node *child =
+    random_leaf(arena, zs_kind_find(names[random_below(state, ZS_COUNT_OF(names))]), state);
+  if (random_below(state, 2)) {
+    const double at[3] = {random_between(state, -0.5, 0.5), random_between(state, -0.5, 0.5),
+                          random_between(state, -0.5, 0.5)};
+    place_at(arena, child, at, random_between(state, -180, 180), random_between(state, 0.7, 1.4));
+  }
+  return child;
+}
+
+static inline zs_node *random_node(zs_arena *arena, const zs_kind *kind, uint64_t *state)
+{
+  zs_node *node = random_leaf(arena, kind, state);
+  if (kind->parts) {
+    double at = -1.5;
+    for (unsigned i = 0, n = 2 + random_below(state, 3); i < n; i++) {
+      zs_node *part = set(node_of_kind(arena, kind->parts[0]), "at", at);
+      adopt(arena, node, adopt(arena, part, random_child(arena, state)));
+      at += random_between(state, 0.3, 1.2);
+    }
+    assert_true(!kind->check || kind->check(node, NULL));
+  } else if (kind->children != ZS_CHILDREN_NONE) {
+    for (unsigned i = 0, n = 1 + random_below(state, 3); i < n || i < 2; i++)
+      adopt(arena, node, random_child(arena, state));
+  }
+  return node;
+}
+
+#endif

@@ -1,0 +1,150 @@
+/* Random trees of all kinds, twelve deep: what a region's own program says of a
+ * point is what the whole program says. */
+#define _POSIX_C_SOURCE 200809L /* setenv */
+
+#include "random_nodes.h"
+
+#include "field/program.h"
+
+enum { TREES = 2000, DEEPEST = 12, LEVELS = 3, POINTS = 48 };
+
+static const zs_kind *random_kind(uint64_t *state)
+{
+  unsigned count = 0;
+  while (zs_kinds[count])
+    count++;
+  const zs_kind *kind;
+  do
+    kind = zs_kinds[random_below(state, count)];
+  while (needs_data(kind));
+  return kind;
+}
+
+static bool is_leaf(const zs_kind *kind)
+{
+  return kind->children == ZS_CHILDREN_NONE && !kind->parts;
+}
+
+/* A tree as deep as asked for along its first branch, shallow along others. */
+static zs_node *random_tree(zs_arena *arena, int depth, uint64_t *state)
+{
+  const zs_kind *kind = random_kind(state);
+  while (is_leaf(kind) != (depth <= 1))
+    kind = random_kind(state);
+  zs_node *node = random_leaf(arena, kind, state);
+  if (is_leaf(kind))
+    return node;
+  const int count = kind->parts ? 2 + (int)random_below(state, 2) : 1 + (int)random_below(state, 3);
+  double at = -1.5;
+  for (int i = 0; i < count; i++) {
+    const int below = i ? 1 + (int)random_below(state, 2) : depth - 1;
+    zs_node *child = random_tree(arena, below < depth ? below : depth - 1, state);
+    if (kind->parts) {
+      zs_node *part = set(node_of_kind(arena, kind->parts[0]), "at", at);
+      at += random_between(state, 0.3, 1.5);
+      child = adopt(arena, part, child);
+    }
+    adopt(arena, node, child);
+  }
+  if (random_below(state, 3) == 0) {
+    const double move[3] = {random_between(state, -0.4, 0.4), random_between(state, -0.4, 0.4),
+                            random_between(state, -0.4, 0.4)};
+    place_at(arena, node, move, random_between(state, -180, 180), random_between(state, 0.7, 1.4));
+  }
+  return node;
+}
+
+/* Whether rounding cannot change the sign: it is the same all around. */
+static bool is_certain(zs_eval *eval, const double p[3], bool inside)
+{
+  const double h = 2e-5;
+  for (int i = -1; i < 6; i++) {
+    double q[3] = {p[0], p[1], p[2]};
+    if (i >= 0)
+      q[i / 2] += i % 2 ? h : -h;
+    if ((zs_eval_point(eval, q) >= 0) != inside)
+      return false;
+  }
+  return true;
+}
+
+static void shrink(double lo[3], double hi[3], uint64_t *state)
+{
+  for (int k = 0; k < 3; k++) {
+    const double size = (hi[k] - lo[k]) / 4;
+    lo[k] += size * (double)random_below(state, 4);
+    hi[k] = lo[k] + size;
+  }
+}
+
+typedef struct counts {
+  int uncertain, points;
+} counts;
+
+/* One box: enclosed values, and signs as the whole program finds them. */
+static void check_box(zs_eval *whole, zs_eval *regional, const double lo[3], const double hi[3],
+                      counts *counts, uint64_t *state)
+{
+  float x[POINTS], y[POINTS], z[POINTS], f[POINTS], g[POINTS];
+  for (int i = 0; i < POINTS; i++) {
+    x[i] = (float)random_between(state, lo[0] + 1e-6, hi[0] - 1e-6);
+    y[i] = (float)random_between(state, lo[1] + 1e-6, hi[1] - 1e-6);
+    z[i] = (float)random_between(state, lo[2] + 1e-6, hi[2] - 1e-6);
+  }
+  zs_eval_values(whole, NULL, POINTS, x, y, z, f);
+  zs_eval_values(regional, NULL, POINTS, x, y, z, g);
+  float f_lo, f_hi;
+  zs_eval_bounds(whole, 1, (const double(*)[3])lo, (const double(*)[3])hi, &f_lo, &f_hi);
+  for (int i = 0; i < POINTS; i++) {
+    counts->points++;
+    if (!isnan(f_lo) && !(f[i] >= f_lo && f[i] <= f_hi))
+      fail_msg("%.9g at %g %g %g is outside %.9g .. %.9g", f[i], x[i], y[i], z[i], f_lo, f_hi);
+    if ((f[i] >= 0) == (g[i] >= 0))
+      continue;
+    const double p[3] = {x[i], y[i], z[i]};
+    if (is_certain(whole, p, f[i] >= 0))
+      fail_msg("at %.9g %.9g %.9g the whole program has %.9g, the region's %.9g", x[i], y[i], z[i],
+               f[i], g[i]);
+    counts->uncertain++;
+  }
+}
+
+static void check_tree(const zs_node *root, counts *counts, uint64_t *state)
+{
+  zs_eval *whole = compiled(root), *regional = compiled(root);
+  for (int path = 0; path < 3; path++) {
+    double lo[3] = {-2, -2, -2}, hi[3] = {2, 2, 2};
+    for (int level = 0; level < LEVELS; level++) {
+      shrink(lo, hi, state);
+      assert_true(zs_eval_restrict(regional, lo, hi, ZS_REQUEST_SIGN));
+      check_box(whole, regional, lo, hi, counts, state);
+    }
+    for (int level = 0; level < LEVELS; level++)
+      zs_eval_release(regional);
+  }
+  zs_eval_free(whole);
+  zs_eval_free(regional);
+}
+
+static void test_pruned_is_unpruned(void **unused)
+{
+  (void)unused;
+  static const char *const isas[] = {"baseline", "avx2", "avx512"};
+  uint64_t state = 2024;
+  counts counts = {0};
+  for (int i = 0; i < TREES; i++) {
+    zs_arena arena = {0};
+    setenv("ZEROSET_ISA", isas[i % 3], 1);
+    check_tree(random_tree(&arena, 1 + i % DEEPEST, &state), &counts, &state);
+    zs_arena_free(&arena);
+  }
+  unsetenv("ZEROSET_ISA");
+  /* Points so close to a surface are rare. */
+  assert_true(counts.uncertain * 1000 < counts.points);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_pruned_is_unpruned)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
