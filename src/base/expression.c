@@ -296,7 +296,8 @@ typedef struct token {
 
 typedef struct parser {
   const char *text, *at, *end;
-  token token; /* the one not consumed yet */
+  token token;      /* the one not consumed yet */
+  const char *last; /* end of the one before it */
   zs_arena scratch;
   zs_expression_node *nodes;
   size_t count, capacity;
@@ -382,6 +383,7 @@ static size_t character_length(const char *at, const char *end)
 /* Read the next token. */
 static void advance(parser *p)
 {
+  p->last = p->at;
   while (p->at < p->end && (*p->at == ' ' || *p->at == '\t' || *p->at == '\n' || *p->at == '\r'))
     p->at++;
   token t = {.kind = TOKEN_END, .text = p->at};
@@ -415,7 +417,7 @@ static uint32_t fail_expected(parser *p, const char *expected)
 {
   const token *t = &p->token;
   if (t->kind == TOKEN_END)
-    return fail(p, t->text, "expected %s at the end", expected);
+    return fail(p, p->last, "expected %s at the end", expected);
   int shown = t->length > 40 ? 40 : (int)t->length;
   return fail(p, t->text, "expected %s, found '%.*s'", expected, shown, t->text);
 }

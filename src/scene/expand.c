@@ -280,36 +280,6 @@ static void fail_circle(expansion *x, const zs_element *element, const zs_xml_at
             attribute->value);
 }
 
-static void fail_reference(expansion *x, const zs_element *element,
-                           const zs_xml_attribute *attribute, const char *what, const char *word,
-                           const char *const *names, size_t count)
-{
-  char hint[128];
-  const char *near = names ? zs_suggest(word, names, count) : NULL;
-  if (near)
-    snprintf(hint, sizeof hint, "did you mean '%s'?", near);
-  zs_place place = zs_attribute_place(element, attribute, 0);
-  zs_report(x->diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, near ? hint : NULL, "there is no %s '%s'",
-            what, word);
-}
-
-/* Names of objects or definitions for a suggestion, for free(). */
-static const char **object_names(const zs_scene *scene)
-{
-  const char **names = malloc((scene->objects.count + 1) * sizeof *names);
-  for (size_t i = 0; names && i < scene->objects.count; i++)
-    names[i] = scene->objects.items[i].id;
-  return names;
-}
-
-static const char **definition_names(const zs_scene *scene)
-{
-  const char **names = malloc((scene->definitions.count + 1) * sizeof *names);
-  for (size_t i = 0; names && i < scene->definitions.count; i++)
-    names[i] = scene->definitions.items[i].name;
-  return names;
-}
-
 /* Expand the children of an object or a definition to one node; NULL after an
  * error. */
 static zs_node *expand_body(expansion *x, const zs_element *element, const zs_kind *kind,
@@ -373,9 +343,8 @@ static void expand_use(expansion *x, const zs_element *element)
     return;
   const zs_name *entry = zs_names_find(&x->scene->object_names, use->object, strlen(use->object));
   if (!entry) {
-    const char **names = object_names(x->scene);
-    fail_reference(x, element, attribute, "object", use->object, names, x->scene->objects.count);
-    free(names);
+    zs_place place = zs_attribute_place(element, attribute, 0);
+    zs_fail_reference(&place, "object", use->object, &x->scene->object_names, x->diag);
     return;
   }
   if (x->objects[entry->value].state == OBJECT_OPEN) {
@@ -497,9 +466,8 @@ static void expand_instance(expansion *x, const zs_element *element)
   const zs_scene *scene = x->scene;
   const zs_name *entry = zs_names_find(&scene->definition_names, of->value, of->length);
   if (!entry) {
-    const char **names = definition_names(scene);
-    fail_reference(x, element, of, "definition", of->value, names, scene->definitions.count);
-    free(names);
+    zs_place place = zs_attribute_place(element, of, 0);
+    zs_fail_reference(&place, "definition", of->value, &scene->definition_names, x->diag);
     return;
   }
   const zs_definition *definition = &scene->definitions.items[entry->value];
@@ -758,14 +726,7 @@ static zs_node *named_node(expansion *x, const char *object)
   const zs_name *entry = zs_names_find(&scene->object_names, object, strlen(object));
   if (entry)
     return object_node(x, entry->value);
-  const char **names = object_names(scene);
-  const char *near = names ? zs_suggest(object, names, scene->objects.count) : NULL;
-  char hint[128];
-  if (near)
-    snprintf(hint, sizeof hint, "did you mean '%s'?", near);
-  free(names);
-  zs_report(x->diag, ZS_ERROR, ZS_ERROR_ARGUMENT, NULL, near ? hint : NULL,
-            "the scene has no object '%s'", object);
+  zs_fail_reference(NULL, "object", object, &scene->object_names, x->diag);
   return NULL;
 }
 

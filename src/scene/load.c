@@ -481,6 +481,7 @@ static void update_parameter(zs_scene *scene, size_t index, zs_arena *arena, zs_
   unsigned errors = counted->errors;
   reading.diag = counted;
   scene->visible_parameters = index;
+  parameter->known = false;
   const struct zs_document_param *now = zs_attributes_read(
     &reading, element, (zs_attribute_rule){.kind = &zs_document_param}, NULL, NULL, NULL);
   if (!now)
@@ -492,11 +493,10 @@ static void update_parameter(zs_scene *scene, size_t index, zs_arena *arena, zs_
   parameter->at.doc = doc ? doc : text ? text->value : "";
   if (parameter->set)
     parameter->at.value = parameter->chosen;
-  if (isnan(parameter->at.value))
-    parameter->at.value = 0; /* reported as missing or malformed */
   zs_place place = value ? zs_attribute_place(element, value, 0) : zs_element_place(element);
-  if (counted->errors != errors)
+  if (counted->errors != errors || reading.unknown)
     return;
+  parameter->known = true;
   if (now->minimum > now->maximum)
     zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "min is greater than max");
   else
@@ -587,8 +587,7 @@ static void check_main(zs_scene *scene, zs_diag *diag)
   if (!attribute || zs_names_find(&scene->object_names, attribute->value, attribute->length))
     return;
   zs_place place = zs_attribute_place(root, attribute, 0);
-  zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "there is no object '%s'",
-            attribute->value);
+  zs_fail_reference(&place, "object", attribute->value, &scene->object_names, diag);
 }
 
 static zs_scene *new_scene(const char *name, const zs_scene_options *options, zs_diag *diag)
@@ -709,25 +708,11 @@ bool zs_scene_parameter(const zs_scene *scene, size_t index, zs_parameter *param
   return true;
 }
 
-static bool fail_parameter(const zs_scene *scene, const char *name, zs_diag *diag)
-{
-  const char **names = malloc((scene->parameters.count + 1) * sizeof *names);
-  for (size_t i = 0; names && i < scene->parameters.count; i++)
-    names[i] = scene->parameters.items[i].at.name;
-  const char *near = names ? zs_suggest(name, names, scene->parameters.count) : NULL;
-  char hint[128];
-  if (near)
-    snprintf(hint, sizeof hint, "did you mean '%s'?", near);
-  free(names);
-  return zs_report(diag, ZS_ERROR, ZS_ERROR_ARGUMENT, NULL, near ? hint : NULL,
-                   "the scene has no parameter '%s'", name);
-}
-
 bool zs_scene_set(zs_scene *scene, const char *name, double value, zs_diag *diag)
 {
   const zs_name *entry = zs_names_find(&scene->parameter_names, name, strlen(name));
   if (!entry)
-    return fail_parameter(scene, name, diag);
+    return zs_fail_reference(NULL, "parameter", name, &scene->parameter_names, diag);
   zs_scene_parameter_state *parameter = &scene->parameters.items[entry->value];
   char seen[ZS_NUMBER_SIZE];
   if (!isfinite(value))

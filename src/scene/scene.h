@@ -22,6 +22,7 @@ typedef struct zs_file {
 typedef struct zs_scene_parameter_state {
   const zs_element *element;
   struct zs_document_param at; /* value, range and texts as they are now */
+  bool known;                  /* false after an error in its value */
   bool set;                    /* by zs_scene_set, to: */
   double chosen;
 } zs_scene_parameter_state;
@@ -128,6 +129,11 @@ bool zs_number_read(zs_reading *reading, const zs_element *element, zs_xml_attri
 /* Whether a text can be a name in expressions; reports if not. */
 bool zs_identifier_check(const zs_element *element, const zs_xml_attribute *attribute,
                          zs_diag *diag);
+
+/* Report that there is no WHAT 'WORD', with the nearest of the names there are.
+ * Without a place it is the caller's mistake.  Returns false. */
+bool zs_fail_reference(const zs_place *place, const char *what, const char *word,
+                       const zs_names *names, zs_diag *diag);
 
 /* ---- path.c -------------------------------------------------------------- */
 

@@ -291,7 +291,7 @@ static bool find_name(const zs_reading *reading, const char *name, double *value
   if (!entry || entry->value >= scene->visible_parameters)
     return false;
   *value = scene->parameters.items[entry->value].at.value;
-  *known = true;
+  *known = scene->parameters.items[entry->value].known;
   return true;
 }
 
@@ -405,26 +405,38 @@ static double *numbers_of(const input *in, size_t *count)
 
 /* ---- Types ------------------------------------------------------------- */
 
-static const char *range_problem(const zs_attribute *row, double number)
+/* What is wrong with one number, or with one of several. */
+static const char *range_problem(const zs_attribute *row, double number, bool several)
 {
+  const char *negative = several ? "has a negative number" : "is negative";
+  const char *zero = several ? "has a zero" : "is zero";
   switch (row->range) {
   case ZS_RANGE_ANY: return NULL;
-  case ZS_RANGE_POSITIVE: return number > 0 ? NULL : number < 0 ? "is negative" : "is zero";
-  case ZS_RANGE_NOT_NEGATIVE: return number >= 0 ? NULL : "is negative";
-  case ZS_RANGE_NOT_ZERO: return number != 0 ? NULL : "is zero";
+  case ZS_RANGE_POSITIVE: return number > 0 ? NULL : number < 0 ? negative : zero;
+  case ZS_RANGE_NOT_NEGATIVE: return number >= 0 ? NULL : negative;
+  case ZS_RANGE_NOT_ZERO: return number != 0 ? NULL : zero;
   case ZS_RANGE_BETWEEN:
-    return number < row->minimum ? "is too small" : number > row->maximum ? "is too large" : NULL;
+    if (number < row->minimum)
+      return several ? "has a number that is too small" : "is too small";
+    if (number > row->maximum)
+      return several ? "has a number that is too large" : "is too large";
   }
   return NULL;
+}
+
+/* The expression that gives number `i` of a list, or NULL. */
+static const term *expression_at(const terms *list, size_t i)
+{
+  const term *t = list->expressions;
+  while (t && t->index != i)
+    t = t->next;
+  return t;
 }
 
 /* Report a problem of number `i`, with its value where an expression gave it. */
 static bool fail_number(const input *in, const double *numbers, size_t i, const char *problem)
 {
-  const terms *list = in->written->parsed;
-  const term *t = list->expressions;
-  while (t && t->index != i)
-    t = t->next;
+  const term *t = expression_at(in->written->parsed, i);
   if (!t)
     return fail_value(in, ZS_ERROR_SCHEMA, NULL, problem);
   char number[ZS_NUMBER_SIZE], text[ZS_NUMBER_SIZE + 32];
@@ -435,7 +447,8 @@ static bool fail_number(const input *in, const double *numbers, size_t i, const 
 static bool check_ranges(const input *in, const double *numbers, size_t count)
 {
   for (size_t i = 0; i < count; i++) {
-    const char *problem = range_problem(in->row, numbers[i]);
+    bool several = count > 1 && !expression_at(in->written->parsed, i);
+    const char *problem = range_problem(in->row, numbers[i], several);
     if (!problem && in->row->type == ZS_INTEGER &&
         (numbers[i] != floor(numbers[i]) || fabs(numbers[i]) > INT_MAX))
       problem = "is not a whole number";
@@ -788,7 +801,7 @@ static void read_rest(zs_reading *reading, const zs_element *element, const zs_k
 {
   zs_place place = zs_element_place(element);
   if (element->text && !kind->text) {
-    zs_place there = zs_text_place(element, 0);
+    zs_place there = zs_text_place(element, skip_space(element->text, 0, element->text_length));
     zs_report(reading->diag, ZS_ERROR, ZS_ERROR_SCHEMA, &there, NULL,
               "text is not allowed in this element");
   }
@@ -838,6 +851,23 @@ void *zs_attributes_read(zs_reading *reading, const zs_element *element, zs_attr
   if (placed)
     *placed = moved;
   return parameters;
+}
+
+bool zs_fail_reference(const zs_place *place, const char *what, const char *word,
+                       const zs_names *names, zs_diag *diag)
+{
+  const char **list = malloc((names->count + (size_t)1) * sizeof *list);
+  size_t count = 0;
+  for (uint32_t i = 0; list && i < names->capacity; i++)
+    if (names->slots[i].text)
+      list[count++] = names->slots[i].text;
+  const char *near = list ? zs_suggest(word, list, count) : NULL;
+  char hint[128];
+  if (near)
+    snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+  free(list);
+  return zs_report(diag, ZS_ERROR, place ? ZS_ERROR_SCHEMA : ZS_ERROR_ARGUMENT, place,
+                   near ? hint : NULL, "there is no %s '%s'", what, word);
 }
 
 bool zs_number_read(zs_reading *reading, const zs_element *element, zs_xml_attribute *attribute,

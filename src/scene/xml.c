@@ -116,6 +116,64 @@ static size_t last_before(const reader *r, size_t offset, char c)
   return offset;
 }
 
+/* What is behind the element's name in the start tag at `start`. */
+static size_t behind_name(const char *text, size_t start)
+{
+  size_t at = start + 1;
+  while (!is_space(text[at]) && text[at] != '>' && text[at] != '/')
+    at++;
+  return at;
+}
+
+/* An attribute as it stands in a start tag. */
+typedef struct written {
+  size_t name, length, value;
+  bool declaration; /* of a namespace */
+} written;
+
+/* The next attribute of a well-formed start tag at or behind `at`. */
+static written next_written(const char *text, size_t at)
+{
+  written w;
+  while (is_space(text[at]))
+    at++;
+  w.name = at;
+  while (!is_space(text[at]) && text[at] != '=')
+    at++;
+  w.length = at - w.name;
+  w.declaration = w.length >= 5 && memcmp(text + w.name, "xmlns", 5) == 0 &&
+                  (w.length == 5 || text[w.name + 5] == ':');
+  while (text[at] != '"' && text[at] != '\'')
+    at++;
+  w.value = at + 1;
+  return w;
+}
+
+static size_t end_of_value(const char *text, size_t value)
+{
+  char quote = text[value - 1];
+  while (text[value] != quote)
+    value++;
+  return value + 1;
+}
+
+/* Where an attribute stands for the second time in the tag that the parser has
+ * read up to `end`; `end` when it cannot be found. */
+static size_t second_attribute(const reader *r, size_t end, const char *name)
+{
+  const char *text = r->source->text;
+  size_t length = strlen(name), found = 0;
+  size_t at = behind_name(text, last_before(r, end, '<'));
+  while (at < end && memchr(text + at, '=', end - at)) {
+    written w = next_written(text, at);
+    found += w.length == length && memcmp(text + w.name, name, length) == 0;
+    if (found == 2)
+      return w.name;
+    at = end_of_value(text, w.value);
+  }
+  return end;
+}
+
 static void report_at(reader *r, size_t offset, const char *hint, const char *format,
                       const char *word)
 {
@@ -187,7 +245,7 @@ static void report_libxml(reader *r, const xmlError *error)
     report_at(r, offset, NULL, "attribute '%s' has no value", word);
     break;
   case XML_ERR_ATTRIBUTE_REDEFINED:
-    report_at(r, offset, NULL, "attribute '%s' is given twice", word);
+    report_at(r, second_attribute(r, offset, word), NULL, "attribute '%s' is given twice", word);
     break;
   case XML_ERR_LT_IN_ATTRIBUTE:
     report_at(r, offset, "write &lt;", "'<' is not allowed inside a value%s", "");
@@ -270,38 +328,6 @@ static char *copy_value(reader *r, const char *value, size_t *length)
   copy[n] = '\0';
   *length = n;
   return copy;
-}
-
-/* An attribute as it stands in a start tag: its name and its value's offset. */
-typedef struct written {
-  size_t name, value;
-  bool declaration; /* of a namespace */
-} written;
-
-/* The next attribute of a well-formed start tag at or behind `at`. */
-static written next_written(const char *text, size_t at)
-{
-  written w;
-  while (is_space(text[at]))
-    at++;
-  w.name = at;
-  while (!is_space(text[at]) && text[at] != '=')
-    at++;
-  size_t length = at - w.name;
-  w.declaration = length >= 5 && memcmp(text + w.name, "xmlns", 5) == 0 &&
-                  (length == 5 || text[w.name + 5] == ':');
-  while (text[at] != '"' && text[at] != '\'')
-    at++;
-  w.value = at + 1;
-  return w;
-}
-
-static size_t end_of_value(const char *text, size_t value)
-{
-  char quote = text[value - 1];
-  while (text[value] != quote)
-    value++;
-  return value + 1;
 }
 
 /* Fill in the attributes from libxml2's list and from the tag's text, which
@@ -388,10 +414,7 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
     stop_for_depth(r, element);
     return;
   }
-  size_t at = start + 1;
-  while (!is_space(r->source->text[at]) && r->source->text[at] != '>' &&
-         r->source->text[at] != '/')
-    at++;
+  size_t at = behind_name(r->source->text, start);
   if (attribute_count > 0 && !add_attributes(r, element, at, attribute_count, attributes)) {
     stop_for_memory(r);
     return;
