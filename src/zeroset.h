@@ -139,7 +139,7 @@ typedef struct zs_view {
   const char *id; /* "" when the view has none */
   bool has_eye;
   double eye[3], target[3], up[3], direction[3];
-  double field_of_view; /* degrees, vertical */
+  double field_of_view; /* degrees, vertical; 0: parallel rays */
 } zs_view;
 
 ZS_API size_t zs_scene_view_count(const zs_scene *scene);

@@ -2,6 +2,7 @@
 
 #include "base/output.h"
 
+#include <errno.h>
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>
@@ -63,7 +64,7 @@ static void encoder_write(png_structp png, png_bytep bytes, png_size_t length)
 {
   encoder *e = png_get_io_ptr(png);
   if (fwrite(bytes, 1, length, e->stream) != length)
-    png_error(png, "write error");
+    png_error(png, strerror(errno));
 }
 
 /* The stream's owner flushes it. */

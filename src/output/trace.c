@@ -274,8 +274,10 @@ static void look_closer(leaf *l)
   for (int s = FIRST + 1; s <= LAST; s++) {
     b.count = 0;
     for (unsigned i = 0; i < l->count; i++) {
+      if (s >= l->first[i] || !(l->f[s - 1][i] > l->f[s - 2][i] && l->f[s][i] > l->f[s + 1][i]))
+        continue;
       const peak p = peak_of(l, i, s);
-      if (s < l->first[i] && peak_height(&p) >= 0)
+      if (peak_height(&p) >= 0)
         b.index[b.count++] = (uint8_t)i;
     }
     if (b.count)
