@@ -116,11 +116,12 @@ static size_t last_before(const reader *r, size_t offset, char c)
   return offset;
 }
 
-/* What is behind the element's name in the start tag at `start`. */
-static size_t behind_name(const char *text, size_t start)
+/* What is behind the element's name in the start tag at `start`, which may end
+ * without its '>'. */
+static size_t behind_name(const char *text, size_t start, size_t end)
 {
   size_t at = start + 1;
-  while (!is_space(text[at]) && text[at] != '>' && text[at] != '/')
+  while (at < end && !is_space(text[at]) && text[at] != '>' && text[at] != '/')
     at++;
   return at;
 }
@@ -163,7 +164,7 @@ static size_t second_attribute(const reader *r, size_t end, const char *name)
 {
   const char *text = r->source->text;
   size_t length = strlen(name), found = 0;
-  size_t at = behind_name(text, last_before(r, end, '<'));
+  size_t at = behind_name(text, last_before(r, end, '<'), end);
   while (at < end && memchr(text + at, '=', end - at)) {
     written w = next_written(text, at);
     found += w.length == length && memcmp(text + w.name, name, length) == 0;
@@ -401,7 +402,7 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
     return;
   }
   /* The parser is at the end of the tag, in which there is no other '<'. */
-  size_t start = last_before(r, position(r), '<');
+  size_t end = position(r), start = last_before(r, end, '<');
   move(r, start);
   *element = (zs_element){.name = word, .source = r->source, .parent = r->open,
                           .line = r->cursor.line, .column = r->cursor.column};
@@ -414,7 +415,7 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
     stop_for_depth(r, element);
     return;
   }
-  size_t at = behind_name(r->source->text, start);
+  size_t at = behind_name(r->source->text, start, end);
   if (attribute_count > 0 && !add_attributes(r, element, at, attribute_count, attributes)) {
     stop_for_memory(r);
     return;
@@ -487,26 +488,56 @@ static size_t start_of_text(const reader *r, const char *text, size_t length)
   return last_before(r, end, '&');
 }
 
-static void on_text(void *data, const xmlChar *bytes, int count)
+/* Where the content of the CDATA section that the parser is at the end of
+ * begins. */
+static size_t start_of_section(const reader *r)
 {
-  reader *r = ((xmlParserCtxtPtr)data)->_private;
-  const char *text = (const char *)bytes;
-  size_t length = (size_t)count;
-  if (r->stopped || r->foreign || !r->open || (!r->open->runs && is_blank(text, length)))
-    return;
+  static const char opening[] = "<![CDATA[";
+  enum { LENGTH = sizeof opening - 1 };
+  size_t at = position(r);
+  for (size_t i = at; i >= LENGTH; i--)
+    if (memcmp(r->source->text + i - LENGTH, opening, LENGTH) == 0)
+      return i;
+  return at;
+}
+
+static void add_text(reader *r, const char *text, size_t length, size_t start)
+{
   zs_text_run *run = ZS_ARENA_NEW(r->arena, zs_text_run, 1);
   char *copy = run ? zs_arena_string(r->arena, text, length) : NULL;
   if (!copy) {
     stop_for_memory(r);
     return;
   }
-  move(r, start_of_text(r, text, length));
+  move(r, start);
   *run = (zs_text_run){NULL, copy, length, r->cursor.line, r->cursor.column};
   if (r->open->runs)
     r->open->last_run->next = run;
   else
     r->open->runs = run;
   r->open->last_run = run;
+}
+
+/* Text outside of the scene, and blanks before any text, mean nothing. */
+static bool is_text(const reader *r, const char *text, size_t length)
+{
+  return !r->stopped && !r->foreign && r->open && (r->open->runs || !is_blank(text, length));
+}
+
+static void on_text(void *data, const xmlChar *bytes, int count)
+{
+  reader *r = ((xmlParserCtxtPtr)data)->_private;
+  const char *text = (const char *)bytes;
+  if (is_text(r, text, (size_t)count))
+    add_text(r, text, (size_t)count, start_of_text(r, text, (size_t)count));
+}
+
+static void on_section(void *data, const xmlChar *bytes, int count)
+{
+  reader *r = ((xmlParserCtxtPtr)data)->_private;
+  const char *text = (const char *)bytes;
+  if (is_text(r, text, (size_t)count))
+    add_text(r, text, (size_t)count, start_of_section(r));
 }
 
 static void on_document_type(void *data, const xmlChar *name, const xmlChar *external,
@@ -634,7 +665,7 @@ static zs_element *parse(reader *r)
   context->sax->endElementNs = on_end;
   context->sax->characters = on_text;
   context->sax->ignorableWhitespace = on_text;
-  context->sax->cdataBlock = on_text;
+  context->sax->cdataBlock = on_section;
   context->sax->internalSubset = on_document_type;
   context->sax->serror = on_error;
   context->userData = context;
