@@ -64,6 +64,30 @@ static bool report_progress(const renderer *r, double fraction)
          control->progress(control->context, "render", fraction);
 }
 
+/* Whether a square of pixels has edges in it. */
+static bool has_edges(const renderer *r, uint32_t x, uint32_t y, uint32_t side)
+{
+  const uint32_t width = r->camera.width, height = r->camera.height;
+  const uint32_t across = width - x < side ? width - x : side;
+  for (uint32_t row = y; row < y + side && row < height; row++)
+    if (memchr(r->edges + (size_t)row * width + x, 1, across))
+      return true;
+  return false;
+}
+
+/* Trace one tile and give it to `finish`; pixels at (x, y). */
+static void trace_tile(renderer *r, worker *w, uint32_t x, uint32_t y, uint32_t rays_per_pixel,
+                       void (*finish)(renderer *r, const zs_tile *tile))
+{
+  const bool edges = rays_per_pixel > 1;
+  if (edges && !has_edges(r, x, y, ZS_TILE / rays_per_pixel))
+    return;
+  zs_tile_begin(w->tile, &r->camera, x * rays_per_pixel, y * rays_per_pixel, rays_per_pixel,
+                edges ? r->edges : NULL);
+  zs_tracer_run(&w->tracer, w->tile);
+  finish(r, w->tile);
+}
+
 /* Trace all tiles with some rays per pixel (those of edges, when more than 1)
  * and give each to `finish`.  False when cancelled. */
 static bool trace_tiles(renderer *r, uint32_t rays_per_pixel,
@@ -72,7 +96,6 @@ static bool trace_tiles(renderer *r, uint32_t rays_per_pixel,
   const uint32_t side = ZS_TILE / rays_per_pixel; /* in pixels */
   const uint32_t across = (r->camera.width - 1) / side + 1;
   const uint32_t count = across * ((r->camera.height - 1) / side + 1);
-  const uint8_t *wanted = rays_per_pixel > 1 ? r->edges : NULL;
   atomic_uint finished = 0;
   atomic_bool cancelled = false;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(r->threads)
@@ -80,11 +103,7 @@ static bool trace_tiles(renderer *r, uint32_t rays_per_pixel,
     if (atomic_load_explicit(&cancelled, memory_order_relaxed))
       continue;
     const int thread = omp_get_thread_num();
-    worker *w = &r->workers[thread];
-    zs_tile_begin(w->tile, &r->camera, i % across * ZS_TILE, i / across * ZS_TILE, rays_per_pixel,
-                  wanted);
-    zs_tracer_run(&w->tracer, w->tile);
-    finish(r, w->tile);
+    trace_tile(r, &r->workers[thread], i % across * side, i / across * side, rays_per_pixel, finish);
     unsigned done = atomic_fetch_add_explicit(&finished, 1, memory_order_relaxed) + 1;
     if (thread == 0 && !report_progress(r, from + (to - from) * done / count))
       atomic_store_explicit(&cancelled, true, memory_order_relaxed);

@@ -63,14 +63,16 @@ void zs_tile_begin(zs_tile *tile, const zs_camera *camera, uint32_t x, uint32_t 
   memset(tile->hits, 0, sizeof tile->hits);
   for (uint32_t j = 0; j < ZS_TILE; j++)
     for (uint32_t i = 0; i < ZS_TILE; i++) {
-      uint32_t column, r, px = (x + i) / rays_per_pixel, py = (y + j) / rays_per_pixel;
+      const uint32_t px = (x + i) / rays_per_pixel, py = (y + j) / rays_per_pixel;
+      uint32_t column, r;
       double u, v;
       zs_tile_place(i, j, &column, &r);
+      tile->spans[column][r] = (zs_ray_span){.near = INFINITY, .far = -INFINITY};
+      if (px >= camera->width || py >= camera->height ||
+          (wanted && !wanted[(size_t)py * camera->width + px]))
+        continue;
       zs_tile_ray(tile, camera, i, j, &u, &v);
-      bool skip = px >= camera->width || py >= camera->height ||
-                  (wanted && !wanted[(size_t)py * camera->width + px]);
-      tile->spans[column][r] = skip ? (zs_ray_span){.near = INFINITY, .far = -INFINITY}
-                                    : zs_camera_span(camera, u, v);
+      tile->spans[column][r] = zs_camera_span(camera, u, v);
     }
   for (unsigned column = 0; column < ZS_COLUMNS * ZS_COLUMNS; column++)
     update_column(tile, column);
