@@ -155,17 +155,20 @@ private:
 };
 
 /* OpenMesh's writers print to streams of the whole program, and are shared by
- * all threads. */
+ * all threads: one at a time, in silence. */
 class Silence {
 public:
-  Silence() : lock_(mutex()), errors_(omerr().is_enabled())
+  Silence() : lock_(mutex()), errors_(omerr().is_enabled()), log_(omlog().is_enabled())
   {
     omerr().disable();
+    omlog().disable();
   }
   ~Silence()
   {
     if (errors_)
       omerr().enable();
+    if (log_)
+      omlog().enable();
   }
   Silence(const Silence &) = delete;
   Silence &operator=(const Silence &) = delete;
@@ -177,7 +180,7 @@ private:
     return one;
   }
   std::lock_guard<std::mutex> lock_;
-  bool errors_;
+  bool errors_, log_;
 };
 
 /* ---- Simplifying ---------------------------------------------------------------- */

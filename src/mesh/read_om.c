@@ -82,6 +82,10 @@ static bool read_chunk(reader *r, chunk *c)
                .is_signed = bits >> 9 & 1,
                .is_float = bits >> 10 & 1,
                .dimension = (bits >> 11 & 7) + 1};
+  /* Writers leave the flag for floats as it was before in front of numbers of
+   * half-edges. */
+  if (c->type == TOPOLOGY)
+    c->is_float = false;
   c->size = (c->is_float ? 4u : 1u) << (bits >> 14 & 3);
   if (!c->named || c->entity == SENTINEL)
     return true;
@@ -233,8 +237,6 @@ static bool read_chunk_data(reader *r, const chunk *c)
       return zs_input_fail_truncated(r->input);
     return skip(r, load(r, 4));
   }
-  if (c->type == TOPOLOGY && c->is_float)
-    return zs_input_fail(r->input, "the topology is not given by whole numbers");
   if (c->entity == VERTEX && (c->type == POSITION || c->type == NORMAL))
     return read_vectors(r, c);
   if (c->entity == HALFEDGE && c->type == TOPOLOGY)
