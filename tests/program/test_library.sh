@@ -54,6 +54,6 @@ run_case "one version everywhere" versions
 run_case "the header is C17" header "$CC" c -std=c17
 run_case "the header is C++17" header "$CXX" cc -std=c++17
 run_case "the example weighs the cup" example cup
-run_case "the example weighs the bracket" example bracket
+run_case "the example weighs the tangle" example surface
 run_case "the example reports a missing file" example_fails
 finish
