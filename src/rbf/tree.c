@@ -20,26 +20,64 @@ static const double INHERITED = 0.25, EXPANDED = 0.9;
 /* max |C_9| of each kernel, rounded up; later ones are smaller. */
 static const double TERM[ZS_RBF_KERNEL_COUNT] = {0.0321, 0.0157, 0.0187, 0.0312, 0.0241};
 
+static double factorial(unsigned n)
+{
+  double product = 1;
+  for (unsigned i = 2; i <= n; i++)
+    product *= i;
+  return product;
+}
+
+/* |a|! / a! */
+static double multinomial(const uint8_t a[3])
+{
+  return factorial((unsigned)a[0] + a[1] + a[2]) /
+         (factorial(a[0]) * factorial(a[1]) * factorial(a[2]));
+}
+
+/* What the moment of y^a, i = |a|, and a j contributes: it is multiplied by
+ *   binomial (i + j, j) 2^i multinomial (a) t^a (t.t)^j
+ * where (t.t)^j is a sum over the exponents of degree j, doubled. */
+static void find_parts(zs_rbf_layout *layout)
+{
+  unsigned moment = 0, part = 0;
+  for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++) {
+    const unsigned i = layout->degree[n];
+    const uint8_t *a = layout->power[n];
+    for (unsigned j = 0; i + 2 * j <= ZS_RBF_DEGREE; j++, moment++) {
+      const double common = factorial(i + j) / (factorial(i) * factorial(j)) *
+                            (double)(1u << i) * multinomial(a);
+      for (unsigned m = layout->first[j]; m < layout->first[j + 1]; m++, part++) {
+        const uint8_t *b = layout->power[m];
+        layout->part[part].factor = common * multinomial(b);
+        layout->part[part].moment = (uint16_t)moment;
+        layout->part[part].to =
+          layout->index[a[0] + 2 * b[0]][a[1] + 2 * b[1]][a[2] + 2 * b[2]];
+      }
+    }
+  }
+}
+
 void zs_rbf_layout_init(zs_rbf_layout *layout)
 {
-  enum { SIDE = ZS_RBF_DEGREE + 1 };
-  uint8_t at[SIDE][SIDE][SIDE];
-  unsigned n = 0;
-  for (int degree = 0; degree <= ZS_RBF_DEGREE; degree++)
-    for (int i = degree; i >= 0; i--)
-      for (int j = degree - i; j >= 0; j--) {
-        const int k = degree - i - j;
-        layout->power[n][0] = (uint8_t)i;
-        layout->power[n][1] = (uint8_t)j;
-        layout->power[n][2] = (uint8_t)k;
-        layout->lower[n][0] = i > 0 ? at[i - 1][j][k] : ZS_RBF_NONE;
-        layout->lower[n][1] = j > 0 ? at[i][j - 1][k] : ZS_RBF_NONE;
-        layout->lower[n][2] = k > 0 ? at[i][j][k - 1] : ZS_RBF_NONE;
-        layout->twice_lower[n][0] = i > 1 ? at[i - 2][j][k] : ZS_RBF_NONE;
-        layout->twice_lower[n][1] = j > 1 ? at[i][j - 2][k] : ZS_RBF_NONE;
-        layout->twice_lower[n][2] = k > 1 ? at[i][j][k - 2] : ZS_RBF_NONE;
-        at[i][j][k] = (uint8_t)n++;
+  uint8_t n = 0;
+  for (uint8_t degree = 0; degree <= ZS_RBF_DEGREE; degree++) {
+    layout->first[degree] = n;
+    for (uint8_t i = degree + 1; i-- > 0;)
+      for (uint8_t j = (uint8_t)(degree - i + 1); j-- > 0;) {
+        const uint8_t k = (uint8_t)(degree - i - j);
+        layout->power[n][0] = i;
+        layout->power[n][1] = j;
+        layout->power[n][2] = k;
+        layout->degree[n] = degree;
+        layout->lower[n][0] = i ? layout->index[i - 1][j][k] : 0;
+        layout->lower[n][1] = j ? layout->index[i][j - 1][k] : 0;
+        layout->lower[n][2] = k ? layout->index[i][j][k - 1] : 0;
+        layout->index[i][j][k] = n++;
       }
+  }
+  layout->first[ZS_RBF_DEGREE + 1] = n;
+  find_parts(layout);
 }
 
 /* f over a cell lies in lo .. hi. */
@@ -126,7 +164,7 @@ static void polynomial_bounds(const zs_rbf_layout *layout, const double c[ZS_RBF
   *lo = *hi = c[0];
   for (int n = 1; n < ZS_RBF_TAYLOR; n++) {
     const uint8_t *p = layout->power[n];
-    const double most = c[n] * power[p[0] + p[1] + p[2]];
+    const double most = c[n] * power[layout->degree[n]];
     const bool even = p[0] % 2 == 0 && p[1] % 2 == 0 && p[2] % 2 == 0;
     *lo += even ? fmin(most, 0) : -fabs(most);
     *hi += even ? fmax(most, 0) : fabs(most);

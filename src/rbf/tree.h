@@ -23,16 +23,24 @@
 typedef struct zs_rbf_centre zs_rbf_centre;
 
 enum {
-  ZS_RBF_DEGREE = 8,   /* of the polynomials */
+  ZS_RBF_DEGREE = 8,  /* of the polynomials */
   ZS_RBF_TAYLOR = 165, /* coefficients up to that degree in three variables */
-  ZS_RBF_NONE = ZS_RBF_TAYLOR
+  ZS_RBF_MOMENTS = 295, /* of a sum about a point: tree.kernel.c */
+  ZS_RBF_PARTS = 742 /* of all coefficients, from one moment each */
 };
 
 /* How coefficients are laid out: by degree, then by falling power of x, of y. */
 typedef struct zs_rbf_layout {
-  uint8_t power[ZS_RBF_TAYLOR][3];
-  /* Where the coefficients of one and of two powers less are, or ZS_RBF_NONE. */
-  uint8_t lower[ZS_RBF_TAYLOR][3], twice_lower[ZS_RBF_TAYLOR][3];
+  uint8_t power[ZS_RBF_TAYLOR][3], degree[ZS_RBF_TAYLOR];
+  uint8_t lower[ZS_RBF_TAYLOR][3]; /* which has one power less */
+  uint8_t index[ZS_RBF_DEGREE + 1][ZS_RBF_DEGREE + 1][ZS_RBF_DEGREE + 1]; /* by powers */
+  uint8_t first[ZS_RBF_DEGREE + 2]; /* of each degree, and the end */
+  /* Moments, by exponent and then by power of t.t, become coefficients. */
+  struct {
+    double factor;
+    uint16_t moment;
+    uint8_t to;
+  } part[ZS_RBF_PARTS];
 } zs_rbf_layout;
 
 void zs_rbf_layout_init(zs_rbf_layout *layout);

@@ -1,4 +1,14 @@
-/* Taylor series of radial sums.  Compiled once per instruction set. */
+/* Taylor series of radial sums.  Compiled once per instruction set.
+ *
+ * About t = 0, with y = middle - centre, s = y.y, and phi as a function F of
+ * the squared distance s + 2 y.t + t.t,
+ *
+ *   F = sum_n F_n (2 y.t + t.t)^n,              F_n = F^(n) (s) / n!
+ *     = sum_ij F_(i+j) binomial (i + j, j) 2^i (y.t)^i (t.t)^j.
+ *
+ * So what has to be added up over the centres are the moments
+ * weight F_(i+j) y^a, |a| = i; the rest is the same for all of them, and in
+ * the layout. */
 #include "rbf/sum.h"
 #include "rbf/tree.h"
 #include "rbf/vector.h"
@@ -12,75 +22,105 @@
 
 typedef zs_vector vector;
 
-/* Some centres seen from the middle of a cell. */
+enum {
+  TERMS = ZS_RBF_DEGREE + 1,
+  VECTORS = 2,   /* added to the moments together, which are many more than registers */
+  GROUP = VECTORS * ZS_WIDTH
+};
+#define ALWAYS __attribute__((always_inline))
+
+/* Some centres seen from the middle. */
 typedef struct group {
-  vector y[3], square, inverse; /* middle - centre, its square, one over that */
+  vector y[3][VECTORS], square[VECTORS], inverse[VECTORS], weight[VECTORS];
+  vector phi[VECTORS], logarithm[VECTORS]; /* one of them, as the kernel needs */
+  vector f[TERMS][VECTORS];                /* weight * F_n */
 } group;
 
-/* Coefficients of weight * |y + t|^(2 power), in order of degree, from those
- * before: with g = |y + t|^2 and the Euler operator E = t . grad,
- *   g E(g^a) = a g^a E(g),
- * of which the terms of degree k are
- *   R^2 k A_k = 2 (y.t) (a - k + 1) A_(k-1) + |t|^2 (2a - k + 2) A_(k-2). */
-static void power_series(const group *g, const zs_rbf_layout *at, double power, vector first,
-                         vector series[ZS_RBF_TAYLOR + 1])
+/* Up to GROUP centres; idle lanes repeat one, without weight. */
+static void gather(group *g, zs_rbf_kernel kernel, const double middle[3],
+                   const zs_rbf_centre *centres, const uint32_t *list, size_t count)
 {
-  series[ZS_RBF_NONE] = (vector){0};
-  series[0] = first;
-  for (unsigned n = 1; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = at->power[n];
-    const double k = p[0] + p[1] + p[2];
-    vector linear = (vector){0}, square = (vector){0};
-    for (unsigned axis = 0; axis < 3; axis++) {
-      linear += g->y[axis] * series[at->lower[n][axis]];
-      square += series[at->twice_lower[n][axis]];
-    }
-    series[n] =
-      g->inverse * (2 * (power - k + 1) / k * linear + (2 * power - k + 2) / k * square);
-  }
-}
-
-/* The same for weight / 2 * g^m log g with m = 1 or 2, where
- *   g E(F) = m F E(g) + 1/2 g^m E(g),   g^m E(g) = E(g^(m+1)) / (m + 1):
- * the second term is a polynomial, added as it is. */
-static void logarithmic_series(const group *g, const zs_rbf_layout *at, unsigned m, vector first,
-                               vector weight, vector series[ZS_RBF_TAYLOR + 1])
-{
-  vector source[ZS_RBF_TAYLOR + 1];
-  vector start = weight * g->square * g->square;
-  power_series(g, at, m + 1, m == 2 ? start * g->square : start, source);
-  series[ZS_RBF_NONE] = (vector){0};
-  series[0] = first;
-  for (unsigned n = 1; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = at->power[n];
-    const double k = p[0] + p[1] + p[2];
-    vector linear = (vector){0}, square = (vector){0};
-    for (unsigned axis = 0; axis < 3; axis++) {
-      linear += g->y[axis] * series[at->lower[n][axis]];
-      square += series[at->twice_lower[n][axis]];
-    }
-    series[n] = g->inverse * (2 * (m - k + 1) / k * linear + (2 * m - k + 2) / k * square +
-                              0.5 / (m + 1) * source[n]);
-  }
-}
-
-/* Up to ZS_WIDTH centres; idle lanes repeat one, without weight. */
-static void gather(group *g, const double middle[3], const zs_rbf_centre *centres,
-                   const uint32_t *list, size_t count, zs_rbf_kernel kernel, vector *weight,
-                   vector *first)
-{
-  for (unsigned lane = 0; lane < ZS_WIDTH; lane++) {
-    const zs_rbf_centre *c = &centres[list[lane < count ? lane : 0]];
+  const bool logarithmic = kernel == ZS_RBF_TPS2 || kernel == ZS_RBF_TPS4;
+  for (unsigned i = 0; i < GROUP; i++) {
+    const unsigned v = i / ZS_WIDTH, lane = i % ZS_WIDTH;
+    const zs_rbf_centre *c = &centres[list[i < count ? i : 0]];
     double x = middle[0] - c->x, y = middle[1] - c->y, z = middle[2] - c->z;
     double square = x * x + y * y + z * z;
-    g->y[0][lane] = x;
-    g->y[1][lane] = y;
-    g->y[2][lane] = z;
-    g->square[lane] = square;
-    g->inverse[lane] = 1 / square;
-    (*weight)[lane] = lane < count ? c->weight : 0;
-    (*first)[lane] = (*weight)[lane] * zs_rbf_phi(kernel, square);
+    g->y[0][v][lane] = x;
+    g->y[1][v][lane] = y;
+    g->y[2][v][lane] = z;
+    g->square[v][lane] = square;
+    g->inverse[v][lane] = 1 / square;
+    g->weight[v][lane] = i < count ? c->weight : 0;
+    g->phi[v][lane] = logarithmic ? 0 : zs_rbf_phi(kernel, square);
+    g->logarithm[v][lane] = logarithmic ? log(square) : 0;
   }
+}
+
+/* F = s^power. */
+static void power_derivatives(group *g, double power)
+{
+  for (unsigned v = 0; v < VECTORS; v++) {
+    g->f[0][v] = g->weight[v] * g->phi[v];
+    for (int n = 1; n < TERMS; n++)
+      g->f[n][v] = g->f[n - 1][v] * g->inverse[v] * ((power - n + 1) / n);
+  }
+}
+
+/* F = 1/2 s^m log s, m = 1 or 2: with s (1 + e) for s,
+ *   F = 1/2 s^m (1 + e)^m (log s + e - e^2 / 2 + e^3 / 3 - ...). */
+static void logarithmic_derivatives(group *g, int m)
+{
+  const double binomial[3] = {1, m, m == 2};
+  for (unsigned v = 0; v < VECTORS; v++) {
+    const vector s = g->square[v];
+    vector scale = 0.5 * g->weight[v] * (m == 2 ? s * s : s);
+    for (int n = 0; n < TERMS; n++) {
+      double constant = 0;
+      for (int k = 0; k <= m && k < n; k++)
+        constant += binomial[k] * ((n - k) % 2 ? 1.0 : -1.0) / (n - k);
+      g->f[n][v] = scale * (constant + (n <= m ? binomial[n] * g->logarithm[v] : (vector){0}));
+      scale *= g->inverse[v];
+    }
+  }
+}
+
+/* The moments of |a| = degree; returns where the next ones start. */
+static inline ALWAYS vector *add_degree(const zs_rbf_layout *layout, const group *g,
+                                        unsigned degree, vector (*power)[VECTORS],
+                                        vector *moments)
+{
+  for (unsigned n = layout->first[degree]; n < layout->first[degree + 1]; n++) {
+    if (n > 0) {
+      const unsigned axis = layout->power[n][0] ? 0 : layout->power[n][1] ? 1 : 2;
+      for (unsigned v = 0; v < VECTORS; v++)
+        power[n][v] = power[layout->lower[n][axis]][v] * g->y[axis][v];
+    }
+    for (unsigned j = 0; degree + 2 * j <= ZS_RBF_DEGREE; j++) {
+      vector sum = *moments;
+      for (unsigned v = 0; v < VECTORS; v++)
+        sum += g->f[degree + j][v] * power[n][v];
+      *moments++ = sum;
+    }
+  }
+  return moments;
+}
+
+static void add_moments(const zs_rbf_layout *layout, const group *g, vector moments[ZS_RBF_MOMENTS])
+{
+  vector power[ZS_RBF_TAYLOR][VECTORS];
+  for (unsigned v = 0; v < VECTORS; v++)
+    power[0][v] = (vector){0} + 1;
+  /* With the degree known, the loops over j are straight code. */
+  moments = add_degree(layout, g, 0, power, moments);
+  moments = add_degree(layout, g, 1, power, moments);
+  moments = add_degree(layout, g, 2, power, moments);
+  moments = add_degree(layout, g, 3, power, moments);
+  moments = add_degree(layout, g, 4, power, moments);
+  moments = add_degree(layout, g, 5, power, moments);
+  moments = add_degree(layout, g, 6, power, moments);
+  moments = add_degree(layout, g, 7, power, moments);
+  add_degree(layout, g, 8, power, moments);
 }
 
 void ZS_PASTE(zs_rbf_expand, ZS_ISA)(const zs_rbf_layout *layout, zs_rbf_kernel kernel,
@@ -89,21 +129,25 @@ void ZS_PASTE(zs_rbf_expand, ZS_ISA)(const zs_rbf_layout *layout, zs_rbf_kernel 
                                      double taylor[ZS_RBF_TAYLOR])
 {
   static const double powers[ZS_RBF_KERNEL_COUNT] = {0.5, 1.5, 2.5, 1, 2};
-  const bool logarithmic = kernel == ZS_RBF_TPS2 || kernel == ZS_RBF_TPS4;
-  vector series[ZS_RBF_TAYLOR + 1], sum[ZS_RBF_TAYLOR];
-  memset(sum, 0, sizeof sum);
-  for (size_t i = 0; i < count; i += ZS_WIDTH) {
-    group g;
-    vector weight, first;
-    gather(&g, middle, centres, list + i, count - i, kernel, &weight, &first);
-    if (logarithmic)
-      logarithmic_series(&g, layout, (unsigned)powers[kernel], first, weight, series);
+  vector moments[ZS_RBF_MOMENTS];
+  if (!count)
+    return;
+  memset(moments, 0, sizeof moments);
+  for (size_t i = 0; i < count; i += GROUP) {
+    group g = {.phi = {{0}}};
+    gather(&g, kernel, middle, centres, list + i, count - i);
+    if (kernel == ZS_RBF_TPS2 || kernel == ZS_RBF_TPS4)
+      logarithmic_derivatives(&g, (int)powers[kernel]);
     else
-      power_series(&g, layout, powers[kernel], first, series);
-    for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++)
-      sum[n] += series[n];
+      power_derivatives(&g, powers[kernel]);
+    add_moments(layout, &g, moments);
   }
-  for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++)
+  double sum[ZS_RBF_MOMENTS];
+  for (unsigned n = 0; n < ZS_RBF_MOMENTS; n++) {
+    sum[n] = 0;
     for (unsigned lane = 0; lane < ZS_WIDTH; lane++)
-      taylor[n] += sum[n][lane];
+      sum[n] += moments[n][lane];
+  }
+  for (unsigned n = 0; n < ZS_RBF_PARTS; n++)
+    taylor[layout->part[n].to] += layout->part[n].factor * sum[layout->part[n].moment];
 }

@@ -180,7 +180,7 @@ static void bounds_hold_samples(void **state)
     zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 100, 4);
     zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
     unsigned decided = 0, small = 0;
-    for (int round = 0; round < 60; round++) {
+    for (int round = 0; round < 25; round++) {
       static rows in[3], out;
       zs_bounds boxes[3], f;
       for (int l = 0; l < ZS_LANES; l++)
@@ -211,10 +211,12 @@ static void bounds_hold_samples(void **state)
         for (int i = 0; i < ZS_BLOCK; i++) {
           const double x[3] = {(double)in[0].row[0][i], (double)in[1].row[0][i],
                                (double)in[2].row[0][i]};
-          double exact = reference(sum, x);
-          near = near || fabs(exact) < 0.15;
-          if (known) {
-            assert_true(out.row[0][i] >= f.lo[l] && out.row[0][i] <= f.hi[l]);
+          near = near || fabsf(out.row[0][i]) < 0.15f;
+          if (!known)
+            continue;
+          assert_true(out.row[0][i] >= f.lo[l] && out.row[0][i] <= f.hi[l]);
+          if (i < 32) {
+            double exact = reference(sum, x);
             assert_true(exact >= (double)f.lo[l] && exact <= (double)f.hi[l]);
           }
         }
@@ -222,7 +224,7 @@ static void bounds_hold_samples(void **state)
         decided += !near && known && (f.lo[l] >= 0 || f.hi[l] < 0);
       }
     }
-    assert_true(small > 50);
+    assert_true(small > 20);
     assert_true(decided > 0.8 * small);
     zs_rbf_sum_free(sum);
     zs_rbf_free(rbf);
