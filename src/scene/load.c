@@ -259,12 +259,12 @@ static bool check_argument_name(const zs_element *element, const zs_xml_attribut
   return true;
 }
 
+/* `scope` holds the arguments before this one. */
 static void collect_argument(zs_scene *scene, zs_definition *definition,
-                             const zs_element *element, zs_diag *diag)
+                             const zs_element *element, const zs_scope *scope, zs_diag *diag)
 {
   check_childless(element, diag);
-  /* Numbers are read again for each instance; here only names are wrong. */
-  zs_reading reading = {.scene = scene, .arena = &scene->arena, .diag = diag};
+  zs_reading reading = {.scene = scene, .arena = &scene->arena, .diag = diag, .scope = scope};
   zs_attributes_read(&reading, element, (zs_attribute_rule){.kind = &zs_document_argument}, NULL,
                      NULL, NULL);
   const zs_xml_attribute *name = naming_attribute(element, "name", true, diag);
@@ -310,9 +310,22 @@ static void collect_arguments(zs_scene *scene, zs_diag *diag)
 {
   for (size_t i = 0; i < scene->definitions.count; i++) {
     zs_definition *definition = &scene->definitions.items[i];
-    for (const zs_element *child = definition->element->first; child; child = child->next)
-      if (strcmp(child->name, "argument") == 0)
-        collect_argument(scene, definition, child, diag);
+    const zs_scope *scope = NULL;
+    for (const zs_element *child = definition->element->first; child; child = child->next) {
+      if (strcmp(child->name, "argument") != 0)
+        continue;
+      size_t count = definition->argument_count;
+      collect_argument(scene, definition, child, scope, diag);
+      zs_scope *inner = ZS_ARENA_NEW(&scene->arena, zs_scope, 1);
+      if (!inner) {
+        zs_fail_memory(diag);
+        return;
+      }
+      if (definition->argument_count == count)
+        continue;
+      *inner = (zs_scope){definition->argument_names[count], 1, false, scope};
+      scope = inner;
+    }
   }
 }
 
