@@ -9,6 +9,7 @@
 #include "language/documents.h"
 #include "scene/document.h"
 
+#include <glob.h>
 #include <libxml/parser.h>
 #include <libxml/relaxng.h>
 #include <libxml/xmlschemas.h>
@@ -51,28 +52,41 @@ static int close_schemas(void **state)
   return 0;
 }
 
-static bool relaxng_accepts(const char *text)
+static bool relaxng_accepts_document(xmlDoc *document)
+{
+  xmlRelaxNGValidCtxt *context = xmlRelaxNGNewValidCtxt(relaxng);
+  xmlRelaxNGSetValidErrors(context, be_quiet, be_quiet, NULL);
+  bool good = xmlRelaxNGValidateDoc(context, document) == 0;
+  xmlRelaxNGFreeValidCtxt(context);
+  return good;
+}
+
+static bool xsd_accepts_document(xmlDoc *document)
+{
+  xmlSchemaValidCtxt *context = xmlSchemaNewValidCtxt(xsd);
+  xmlSchemaSetValidErrors(context, be_quiet, be_quiet, NULL);
+  bool good = xmlSchemaValidateDoc(context, document) == 0;
+  xmlSchemaFreeValidCtxt(context);
+  return good;
+}
+
+static bool accepts(const char *text, bool (*judge)(xmlDoc *document))
 {
   xmlDoc *document = xmlReadMemory(text, (int)strlen(text), "x.xml", NULL,
                                    XML_PARSE_NOERROR | XML_PARSE_NONET);
-  xmlRelaxNGValidCtxt *context = xmlRelaxNGNewValidCtxt(relaxng);
-  xmlRelaxNGSetValidErrors(context, be_quiet, be_quiet, NULL);
-  bool good = document && xmlRelaxNGValidateDoc(context, document) == 0;
-  xmlRelaxNGFreeValidCtxt(context);
+  bool good = document && judge(document);
   xmlFreeDoc(document);
   return good;
 }
 
+static bool relaxng_accepts(const char *text)
+{
+  return accepts(text, relaxng_accepts_document);
+}
+
 static bool xsd_accepts(const char *text)
 {
-  xmlDoc *document = xmlReadMemory(text, (int)strlen(text), "x.xml", NULL,
-                                   XML_PARSE_NOERROR | XML_PARSE_NONET);
-  xmlSchemaValidCtxt *context = xmlSchemaNewValidCtxt(xsd);
-  xmlSchemaSetValidErrors(context, be_quiet, be_quiet, NULL);
-  bool good = document && xmlSchemaValidateDoc(context, document) == 0;
-  xmlSchemaFreeValidCtxt(context);
-  xmlFreeDoc(document);
-  return good;
+  return accepts(text, xsd_accepts_document);
 }
 
 static bool reader_accepts(const char *text)
@@ -494,6 +508,71 @@ static void test_other_namespaces_are_rejected(void **state)
   agree("<sphere xmlns='urn:zeroset:scene:1'/>", false);
 }
 
+/* ---- Files -------------------------------------------------------------------- */
+
+static bool accepts_file(const char *path, bool (*judge)(xmlDoc *document))
+{
+  xmlDoc *document = xmlReadFile(path, NULL, XML_PARSE_NOERROR | XML_PARSE_NONET);
+  bool good = document && judge(document);
+  xmlFreeDoc(document);
+  return good;
+}
+
+/* Judge every file of a folder; returns how many there are. */
+static size_t judge_files(const char *folder, bool good)
+{
+  const char *top = getenv("top_srcdir");
+  char pattern[4096];
+  snprintf(pattern, sizeof pattern, "%s/%s/*.xml", top ? top : ".", folder);
+  glob_t files;
+  if (glob(pattern, 0, NULL, &files) != 0)
+    return 0;
+  for (size_t i = 0; i < files.gl_pathc; i++) {
+    const char *path = files.gl_pathv[i];
+    bool rng = accepts_file(path, relaxng_accepts_document), w3c = accepts_file(path, xsd_accepts_document);
+    zs_scene *scene = zs_scene_load(path, NULL, NULL);
+    zs_scene_free(scene);
+    if ((good || scene) && !(scene && rng && w3c))
+      fail_msg("%s: reader %d, RELAX NG %d, XSD %d", path, scene != NULL, rng, w3c);
+  }
+  size_t count = files.gl_pathc;
+  globfree(&files);
+  return count;
+}
+
+static void test_good_files(void **state)
+{
+  (void)state;
+  assert_true(judge_files("scenes", true) >= 6);
+}
+
+/* Scenes of which something else may be wrong than a schema can see. */
+static void test_broken_files(void **state)
+{
+  (void)state;
+  assert_true(judge_files("tests/scene/broken", false) >= 30);
+}
+
+/* Those that a schema can see, by name. */
+static void test_visibly_broken_files(void **state)
+{
+  (void)state;
+  static const char *const names[] = {
+    "decimal-comma", "misplaced", "missing-attribute", "misspelt-attribute", "misspelt-choice",
+    "misspelt-element", "nan", "negative-length", "no-children", "repeat-step", "several",
+    "short-vector", "stray-text", "unclosed-expression", "unit-in-number", "wrong-namespace",
+    "wrong-root", "zero-scale"};
+  const char *top = getenv("top_srcdir");
+  for (size_t i = 0; i < ZS_COUNT_OF(names); i++) {
+    char path[4096];
+    snprintf(path, sizeof path, "%s/tests/scene/broken/%s.xml", top ? top : ".", names[i]);
+    zs_scene *scene = zs_scene_load(path, NULL, NULL);
+    assert_null(scene);
+    if (accepts_file(path, relaxng_accepts_document) || accepts_file(path, xsd_accepts_document))
+      fail_msg("%s is accepted", path);
+  }
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -511,6 +590,9 @@ int main(void)
     cmocka_unit_test(test_corpus_with_a_prefix),
     cmocka_unit_test(test_a_scene_may_do_without_namespace),
     cmocka_unit_test(test_other_namespaces_are_rejected),
+    cmocka_unit_test(test_good_files),
+    cmocka_unit_test(test_broken_files),
+    cmocka_unit_test(test_visibly_broken_files),
   };
   return cmocka_run_group_tests(tests, open_schemas, close_schemas);
 }
