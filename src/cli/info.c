@@ -6,6 +6,16 @@
 
 /* ---- Text -------------------------------------------------------------- */
 
+/* "28.7 kB" */
+static const char *bytes_text(uint64_t bytes, char text[24])
+{
+  if (bytes < 1000000)
+    snprintf(text, 24, "%.1f kB", 1e-3 * (double)bytes);
+  else
+    snprintf(text, 24, "%.1f MB", 1e-6 * (double)bytes);
+  return text;
+}
+
 static void print_parameters(const zs_scene *scene)
 {
   size_t count = zs_scene_parameter_count(scene);
@@ -45,18 +55,20 @@ static void print_box(bool known, const double lo[3], const double hi[3])
 
 static void print_fits(const zs_field *field, size_t count)
 {
+  char bytes[24];
   for (size_t i = 0; i < count; i++) {
     zs_fit_info fit;
     if (zs_field_fit(field, i, &fit))
       printf("fit         <%s> of line %u: kernel %s, dimension %u, %zu constraints, %s, %.3f s, "
-             "residual %.3g, %.1f MB\n",
+             "residual %.3g, %s\n",
              fit.element, fit.line, fit.kernel, fit.dimension, fit.constraints, fit.method,
-             fit.seconds, fit.residual, 1e-6 * (double)fit.bytes);
+             fit.seconds, fit.residual, bytes_text(fit.bytes, bytes));
   }
 }
 
 static void print_info(const cli_session *session, bool bounded)
 {
+  char bytes[24];
   zs_field_info info;
   zs_field_describe(session->field, &info);
   printf("scene       %s\n", session->options->scene);
@@ -66,8 +78,8 @@ static void print_info(const cli_session *session, bool bounded)
   print_names(session->scene);
   print_box(bounded, session->lo, session->hi);
   printf("nodes       %zu\n", info.nodes);
-  printf("operations  %zu, of which %zu can be pruned; %zu registers, %.1f kB\n",
-         info.instructions, info.choices, info.registers, 1e-3 * (double)info.bytes);
+  printf("operations  %zu, of which %zu can be pruned; %zu registers, %s\n",
+         info.instructions, info.choices, info.registers, bytes_text(info.bytes, bytes));
   print_fits(session->field, info.fits);
 }
 

@@ -78,23 +78,38 @@ static void put_attributes(zs_text *text, const zs_attribute *attributes, size_t
     put_attribute(text, &attributes[i]);
 }
 
+/* "let a = b; c" as lines: "let a = b" and "left = c". */
+static void put_definition(zs_text *text, const char *indent, const char *left,
+                           const char *formula)
+{
+  for (const char *end; strncmp(formula, "let ", 4) == 0 && (end = strchr(formula, ';'));) {
+    zs_text_format(text, "%s%.*s\n", indent, (int)(end - formula), formula);
+    formula = end + 1 + strspn(end + 1, " ");
+  }
+  zs_text_format(text, "%s%s = %s\n", indent, left, formula);
+}
+
+static void put_variant(zs_text *text, const zs_variant *variant)
+{
+  if (variant->attribute)
+    zs_text_format(text, "%s=\"%s\":\n", variant->attribute, variant->choice);
+  put_definition(text, variant->attribute ? "  " : "", "f", variant->formula);
+}
+
 static void put_formula(zs_text *text, const zs_kind *kind)
 {
-  static const char *const axes[] = {"x", "y", "z"};
+  static const char *const axes[] = {"x'", "y'", "z'"};
   bool maps = kind->map[0];
   bool varies = kind->variants && kind->variants->formula;
   if (!maps && !varies && !kind->formula)
     return;
   zs_text_add(text, "\n```\n");
   for (int k = 0; maps && k < 3; k++)
-    zs_text_format(text, "%s' = %s\n", axes[k], kind->map[k]);
+    put_definition(text, "", axes[k], kind->map[k]);
   if (kind->formula)
-    zs_text_format(text, "f = %s\n", kind->formula);
+    put_definition(text, "", "f", kind->formula);
   for (const zs_variant *v = kind->variants; varies && v->formula; v++)
-    if (v->attribute)
-      zs_text_format(text, "f = %s    (%s=\"%s\")\n", v->formula, v->attribute, v->choice);
-    else
-      zs_text_format(text, "f = %s\n", v->formula);
+    put_variant(text, v);
   zs_text_add(text, "```\n");
 }
 
