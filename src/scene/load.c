@@ -259,8 +259,9 @@ static bool check_argument_name(const zs_element *element, const zs_xml_attribut
   return true;
 }
 
-/* `scope` holds the arguments before this one. */
-static void collect_argument(zs_scene *scene, zs_definition *definition,
+/* Add an argument to its definition; returns its name, or NULL after an error.
+ * `scope` holds the arguments before it. */
+static const char *collect_argument(zs_scene *scene, zs_definition *definition,
                              const zs_element *element, const zs_scope *scope, zs_diag *diag)
 {
   check_childless(element, diag);
@@ -269,15 +270,16 @@ static void collect_argument(zs_scene *scene, zs_definition *definition,
                      NULL, NULL);
   const zs_xml_attribute *name = naming_attribute(element, "name", true, diag);
   if (!name || !check_argument_name(element, name, diag))
-    return;
+    return NULL;
   for (size_t i = 0; i < definition->argument_count; i++) {
     if (strcmp(definition->argument_names[i], name->value) == 0) {
       fail_duplicate(diag, element, name, definition->arguments[i]);
-      return;
+      return NULL;
     }
   }
   definition->arguments[definition->argument_count] = element;
   definition->argument_names[definition->argument_count++] = name->value;
+  return name->value;
 }
 
 static void collect_define(zs_scene *scene, const zs_element *element, zs_diag *diag)
@@ -314,17 +316,14 @@ static void collect_arguments(zs_scene *scene, zs_diag *diag)
     for (const zs_element *child = definition->element->first; child; child = child->next) {
       if (strcmp(child->name, "argument") != 0)
         continue;
-      size_t count = definition->argument_count;
-      collect_argument(scene, definition, child, scope, diag);
       zs_scope *inner = ZS_ARENA_NEW(&scene->arena, zs_scope, 1);
       if (!inner) {
         zs_fail_memory(diag);
         return;
       }
-      if (definition->argument_count == count)
-        continue;
-      *inner = (zs_scope){definition->argument_names[count], 1, false, scope};
-      scope = inner;
+      const char *name = collect_argument(scene, definition, child, scope, diag);
+      *inner = (zs_scope){name, 1, false, scope};
+      scope = name ? inner : scope;
     }
   }
 }

@@ -9,3 +9,14 @@ tests_scene_test_xml_SOURCES = tests/scene/test_xml.c tests/scene/print.h tests/
 zs_tests += tests/scene/test_expand
 tests_scene_test_expand_SOURCES = tests/scene/test_expand.c tests/scene/print.h \
   tests/comma_locale.h tests/random.h
+
+zs_tests += tests/scene/test_include
+tests_scene_test_include_SOURCES = tests/scene/test_include.c tests/scene/print.h
+
+zs_tests += tests/scene/test_cache
+tests_scene_test_cache_SOURCES = tests/scene/test_cache.c
+
+EXTRA_DIST += tests/fuzz/seeds
+
+zs_tests += tests/fuzz/test_fuzz
+tests_fuzz_test_fuzz_SOURCES = tests/fuzz/test_fuzz.c tests/fuzz/fuzz_scene.c tests/random.h
