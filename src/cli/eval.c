@@ -228,8 +228,11 @@ static bool stream(evaluator *e)
   size_t held = 0;
   for (;;) {
     ssize_t got = read(STDIN_FILENO, e->input + held, INPUT_BYTES - held);
-    if (got < 0 && errno == EINTR && !cli_signal())
+    if (got < 0 && errno == EINTR) {
+      if (cli_signal())
+        return false;
       continue;
+    }
     if (got < 0)
       return wrong_input(e, strerror(errno));
     if (got == 0)

@@ -33,7 +33,8 @@ static char *read_input(size_t *length, uint64_t limit)
   } while (!feof(stdin) && !ferror(stdin) && *length <= limit);
   if (!ferror(stdin))
     return text;
-  cli_error("<stdin>: %s", strerror(errno));
+  if (!cli_signal())
+    cli_error("<stdin>: %s", strerror(errno));
   free(text);
   return NULL;
 }
