@@ -1,5 +1,7 @@
 #include "language/text.h"
 
+#include "files/number.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -55,16 +57,8 @@ void zs_text_format(zs_text *text, const char *format, ...)
 
 void zs_text_add_number(zs_text *text, double value)
 {
-  char number[32];
-  snprintf(number, sizeof number, "%.15g", value);
-  /* Whatever else the locale puts in is its decimal separator. */
-  size_t whole = strspn(number, "+-0123456789einfa");
-  zs_text_add_bytes(text, number, whole);
-  if (number[whole]) {
-    const char *fraction = number + whole + strcspn(number + whole, "0123456789");
-    zs_text_add_bytes(text, ".", 1);
-    zs_text_add(text, fraction);
-  }
+  char number[ZS_NUMBER_SIZE];
+  zs_text_add(text, zs_number_format(number, value));
 }
 
 void zs_text_add_xml(zs_text *text, const char *string)

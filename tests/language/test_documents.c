@@ -8,7 +8,6 @@
 #include "language/documents.h"
 #include "scene/document.h"
 
-#include <locale.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,21 +55,6 @@ static void test_manual_is_current(void **state)
 {
   (void)state;
   current(ZS_DOCUMENT_NODES, "doc/nodes.md");
-}
-
-static void test_locale_changes_nothing(void **state)
-{
-  (void)state;
-  char *before = zs_document_text(ZS_DOCUMENT_XSD);
-  /* Any locale with a comma will do; without one the test is void. */
-  bool comma = setlocale(LC_ALL, "de_DE.UTF-8") || setlocale(LC_ALL, "fr_FR.UTF-8");
-  char *after = zs_document_text(ZS_DOCUMENT_XSD);
-  setlocale(LC_ALL, "C");
-  assert_string_equal(before, after);
-  free(before);
-  free(after);
-  if (!comma)
-    skip();
 }
 
 /* Count the sections "# `name`" of any level. */
@@ -147,7 +131,6 @@ int main(void)
     cmocka_unit_test(test_relax_ng_is_current),
     cmocka_unit_test(test_xsd_is_current),
     cmocka_unit_test(test_manual_is_current),
-    cmocka_unit_test(test_locale_changes_nothing),
     cmocka_unit_test(test_manual_tells_of_everything),
     cmocka_unit_test(test_unknown_element_gets_a_suggestion),
     cmocka_unit_test(test_parts_are_found),
