@@ -22,7 +22,7 @@ static const double FIRST_PART = 0.7;
 
 /* Neighbours further apart than this, in pixels of depth off the surface's own
  * plane or as cosine of their normals, have an edge between them. */
-static const float DEPTH_STEP = 1.5f, CREASE = 0.95f;
+static const float DEPTH_STEP = 1.5f, CREASE = 0.9f;
 
 /* What one thread works with. */
 typedef struct worker {

@@ -6,7 +6,8 @@
 
 enum {
   MOST_LEAVES = 1024, /* in depth */
-  SAMPLES = 8,        /* of a ray in a leaf */
+  SAMPLES = 8,        /* of a ray in a leaf ... */
+  TOGETHER = ZS_BLOCK / ZS_COLUMN_RAYS, /* ... this many of all rays at a time */
   PEAK_STEPS = 8,
   ROOT_STEPS = 40
 };
@@ -142,43 +143,43 @@ static void gather(leaf *l, float a, float b)
   }
 }
 
-/* Evaluate all samples, in blocks. */
-static void sample(leaf *l)
+/* Sample s of a ray is inside: a surface is between it and the one before. */
+static void bracket(leaf *l, unsigned i, uint8_t s)
 {
-  _Alignas(64) float u[ZS_BLOCK], v[ZS_BLOCK], w[ZS_BLOCK], f[ZS_BLOCK];
-  const int together = (int)(ZS_BLOCK / l->count) < SAMPLES ? (int)(ZS_BLOCK / l->count) : SAMPLES;
-  for (int from = 0; from < SAMPLES; from += together) {
-    int to = from + together < SAMPLES ? from + together : SAMPLES;
-    unsigned n = 0;
-    for (int s = from; s < to; s++)
-      for (unsigned i = 0; i < l->count; i++, n++) {
-        u[n] = l->u[i];
-        v[n] = l->v[i];
-        w[n] = l->t[s][i];
-      }
-    evaluate(l, n, u, v, w, f);
-    n = 0;
-    for (int s = from; s < to; s++, n += l->count)
-      memcpy(l->f[s], f + n, l->count * sizeof *f);
-  }
+  const uint8_t before = s > FIRST ? s - 1 : FIRST;
+  l->found[i] = true;
+  l->first[i] = s;
+  l->lo[i] = l->t[before][i];
+  l->hi[i] = l->t[s][i];
+  l->f_lo[i] = l->f[before][i];
+  l->f_hi[i] = l->f[s][i];
 }
 
-/* Bracket the first sample that is inside. */
-static void bracket(leaf *l)
+/* Take the samples from `from` on that fit into one block, of rays that have
+ * not met any inside yet, and look for such. */
+static void sample(leaf *l, uint8_t from)
 {
-  for (unsigned i = 0; i < l->count; i++) {
-    uint8_t s = FIRST;
-    while (s <= LAST && !(l->f[s][i] >= 0))
-      s++;
-    l->first[i] = s;
-    l->found[i] = s <= LAST;
+  _Alignas(64) float u[ZS_BLOCK], v[ZS_BLOCK], w[ZS_BLOCK], f[ZS_BLOCK];
+  uint8_t index[ZS_COLUMN_RAYS];
+  unsigned rays = 0, n = 0;
+  for (unsigned i = 0; i < l->count; i++)
     if (!l->found[i])
-      continue;
-    const uint8_t before = s > FIRST ? s - 1 : FIRST;
-    l->lo[i] = l->t[before][i];
-    l->hi[i] = l->t[s][i];
-    l->f_lo[i] = l->f[before][i];
-    l->f_hi[i] = l->f[s][i];
+      index[rays++] = (uint8_t)i;
+  for (unsigned k = 0; k < rays; k++)
+    for (int s = from; s < from + TOGETHER; s++, n++) {
+      u[n] = l->u[index[k]];
+      v[n] = l->v[index[k]];
+      w[n] = l->t[s][index[k]];
+    }
+  evaluate(l, n, u, v, w, f);
+  for (unsigned k = 0; k < rays; k++) {
+    const unsigned i = index[k];
+    l->first[i] = LAST + 1;
+    for (uint8_t s = from; s < from + TOGETHER; s++) {
+      l->f[s][i] = f[k * TOGETHER + (s - from)];
+      if (l->f[s][i] >= 0 && s >= FIRST && s <= LAST && !l->found[i])
+        bracket(l, i, s);
+    }
   }
 }
 
@@ -405,8 +406,8 @@ static void trace_leaf(zs_tracer *tracer, const zs_program *program, zs_tile *ti
   gather(&l, a, b);
   if (!l.count)
     return;
-  sample(&l);
-  bracket(&l);
+  for (uint8_t from = 0; from < SAMPLES; from += TOGETHER)
+    sample(&l, from);
   look_closer(&l);
   const double tolerance =
     ROOT_TOLERANCE * zs_camera_footprint(tracer->camera, (double)b) / tile->rays_per_pixel;
