@@ -3,7 +3,8 @@ zs_tests += \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
   tests/nodes/test_primitives \
-  tests/nodes/test_trees
+  tests/nodes/test_trees \
+  tests/nodes/test_variational
 tests_nodes_test_formulas_SOURCES = tests/nodes/test_formulas.c tests/nodes/build.h
 tests_nodes_test_kinds_SOURCES = \
   tests/nodes/test_kinds.c tests/nodes/build.h tests/nodes/random_nodes.h
@@ -11,3 +12,5 @@ tests_nodes_test_laws_SOURCES = tests/nodes/test_laws.c tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
 tests_nodes_test_trees_SOURCES = \
   tests/nodes/test_trees.c tests/nodes/build.h tests/nodes/random_nodes.h
+tests_nodes_test_variational_SOURCES = \
+  tests/nodes/test_variational.c tests/files/scratch.h tests/random.h

@@ -1,0 +1,391 @@
+/* Variational nodes, from the text of a scene to values of the field. */
+#include "../files/scratch.h"
+#include "../random.h"
+
+#include "zeroset.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+enum { POINTS = 150 };
+
+static scratch folder;
+static double sphere[POINTS][3]; /* on the unit sphere */
+
+/* ---- Scenes ------------------------------------------------------------------- */
+
+typedef struct seen {
+  char message[512], file[256];
+  unsigned line;
+} seen;
+
+static void keep(void *context, const zs_diagnostic *d)
+{
+  seen *s = context;
+  if (*s->message)
+    return;
+  snprintf(s->message, sizeof s->message, "%s", d->message);
+  snprintf(s->file, sizeof s->file, "%s", d->file ? d->file : "");
+  s->line = d->line;
+}
+
+static zs_scene *parse(const char *body, zs_diag *diag)
+{
+  static char text[100000];
+  char name[sizeof folder.path];
+  snprintf(text, sizeof text, "<scene>\n%s\n</scene>\n", body);
+  strcpy(name, scratch_path(&folder, "scene.xml"));
+  return zs_scene_parse(text, strlen(text), name, NULL, diag);
+}
+
+static zs_field *compile(const char *body)
+{
+  seen s = {.message = ""};
+  zs_diag diag = {.report = keep, .context = &s};
+  zs_scene *scene = parse(body, &diag);
+  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
+  if (!field)
+    fail_msg("line %u: %s", s.line, s.message);
+  zs_scene_free(scene);
+  return field;
+}
+
+static zs_eval *evaluator(zs_field *field)
+{
+  zs_eval *eval = zs_eval_new(field, NULL);
+  assert_non_null(eval);
+  return eval;
+}
+
+/* ---- Data ---------------------------------------------------------------------- */
+
+static FILE *create(const char *name)
+{
+  FILE *file = fopen(scratch_path(&folder, name), "w");
+  assert_non_null(file);
+  return file;
+}
+
+/* Numbers with a point, whatever the locale: none is set in this program. */
+static void write_sphere(void)
+{
+  FILE *text = create("sphere.xyz"), *ply = create("sphere.ply"), *obj = create("sphere.obj");
+  fprintf(ply, "ply\nformat ascii 1.0\nelement vertex %d\nproperty double x\n"
+               "property double y\nproperty double z\nproperty double nx\nproperty double ny\n"
+               "property double nz\nend_header\n", POINTS);
+  for (int i = 0; i < POINTS; i++) {
+    const double *p = sphere[i];
+    fprintf(text, "%.17g %.17g %.17g  %.17g %.17g %.17g\n", p[0], p[1], p[2], p[0], p[1], p[2]);
+    fprintf(ply, "%.17g %.17g %.17g %.17g %.17g %.17g\n", p[0], p[1], p[2], p[0], p[1], p[2]);
+    fprintf(obj, "v %.9g %.9g %.9g\nvn %.9g %.9g %.9g\n", p[0], p[1], p[2], p[0], p[1], p[2]);
+  }
+  for (int i = 1; i + 2 <= POINTS; i += 3)
+    fprintf(obj, "f %d//%d %d//%d %d//%d\n", i, i, i + 1, i + 1, i + 2, i + 2);
+  assert_int_equal(fclose(text) | fclose(ply) | fclose(obj), 0);
+}
+
+/* A spiral from pole to pole. */
+static int set_up(void **state)
+{
+  (void)state;
+  if (!scratch_make(&folder))
+    return -1;
+  for (int i = 0; i < POINTS; i++) {
+    double z = 1 - (2 * i + 1) / (double)POINTS, r = sqrt(1 - z * z), angle = 2.399963229728653 * i;
+    sphere[i][0] = r * cos(angle);
+    sphere[i][1] = r * sin(angle);
+    sphere[i][2] = z;
+  }
+  write_sphere();
+  return 0;
+}
+
+static int tear_down(void **state)
+{
+  (void)state;
+  scratch_remove(&folder);
+  return 0;
+}
+
+/* ---- What is fitted -------------------------------------------------------------- */
+
+static void is_the_distance_nearby(void **state)
+{
+  (void)state;
+  zs_field *field = compile("<variational><points src='sphere.xyz'/></variational>");
+  zs_eval *eval = evaluator(field);
+  uint64_t seed = 2;
+  for (int i = 0; i < POINTS; i++)
+    assert_true(fabs(zs_eval_point(eval, sphere[i])) < 1e-8);
+  for (int i = 0; i < 500; i++) {
+    const double *p = sphere[i % POINTS];
+    const double radius = random_between(&seed, 0.9, 1.1);
+    const double x[3] = {radius * p[0], radius * p[1], radius * p[2]};
+    assert_true(fabs(zs_eval_point(eval, x) - (1 - radius)) < 0.01);
+  }
+  zs_fit_info info;
+  assert_true(zs_field_fit(field, 0, &info));
+  assert_false(zs_field_fit(field, 1, &info));
+  assert_int_equal(info.constraints, 3 * POINTS);
+  assert_int_equal(info.dimension, 3);
+  assert_int_equal(info.line, 2);
+  assert_string_equal(info.kernel, "r3");
+  assert_true(info.residual < 1e-8);
+  double lo[3], hi[3];
+  assert_true(zs_field_box(field, lo, hi, NULL));
+  for (int k = 0; k < 3; k++) {
+    assert_true(lo[k] < -1 && lo[k] > -1.2);
+    assert_true(hi[k] > 1 && hi[k] < 1.2);
+  }
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
+/* The same points through every way in. */
+static void all_sources_agree(void **state)
+{
+  (void)state;
+  static char points[POINTS * 200];
+  size_t n = (size_t)snprintf(points, sizeof points, "<variational>");
+  for (int i = 0; i < POINTS; i++) {
+    const double *p = sphere[i];
+    n += (size_t)snprintf(points + n, sizeof points - n,
+                          "<point at='%.17g %.17g %.17g' normal='%.17g %.17g %.17g'/>", p[0], p[1],
+                          p[2], 3 * p[0], 3 * p[1], 3 * p[2]);
+  }
+  snprintf(points + n, sizeof points - n, "</variational>");
+  const char *const scenes[] = {
+    points, "<variational><points src='sphere.xyz'/></variational>",
+    "<variational kernel='r3' normal-offset='auto' sides='both'><points src='sphere.ply'/>"
+    "</variational>",
+    "<variational><mesh src='sphere.obj'/></variational>",
+    "<variational><points src='sphere.xyz'/><points src='sphere.xyz'/></variational>"};
+  double first[50];
+  for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++) {
+    zs_field *field = compile(scenes[s]);
+    zs_eval *eval = evaluator(field);
+    uint64_t seed = 6;
+    for (int i = 0; i < 50; i++) {
+      double x[3];
+      for (int k = 0; k < 3; k++)
+        x[k] = random_between(&seed, -1.2, 1.2);
+      double f = zs_eval_point(eval, x);
+      if (s == 0)
+        first[i] = f;
+      assert_true(fabs(f - first[i]) < 1e-4);
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
+/* Values make a solid without normals: an ellipsoid's surface, and its middle. */
+static void values_say_where_the_inside_is(void **state)
+{
+  (void)state;
+  FILE *file = create("values.csv");
+  fprintf(file, "z,value,x,y\n");
+  for (int i = 0; i < POINTS; i++)
+    fprintf(file, "%.17g,0,%.17g,%.17g\n", sphere[i][2], 2 * sphere[i][0], sphere[i][1]);
+  assert_int_equal(fclose(file), 0);
+  zs_field *field = compile("<variational><points src='values.csv'/>\n"
+                            "<point at='0 0 0' value='1'/></variational>");
+  zs_eval *eval = evaluator(field);
+  assert_true(fabs(zs_eval_point(eval, (double[3]){0, 0, 0}) - 1) < 1e-8);
+  for (int i = 0; i < POINTS; i++) {
+    const double *p = sphere[i];
+    assert_true(zs_eval_point(eval, (double[3]){1.8 * p[0], 0.9 * p[1], 0.9 * p[2]}) > 0);
+    assert_true(zs_eval_point(eval, (double[3]){2.2 * p[0], 1.1 * p[1], 1.1 * p[2]}) < 0);
+  }
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
+static void placement_moves_the_solid(void **state)
+{
+  (void)state;
+  zs_field *field = compile("<variational at='10 20 30' rotate='0 0 90' scale='2'>"
+                            "<points src='sphere.xyz'/><point at='1.5 0 0' normal='1 0 0'/>"
+                            "</variational>");
+  zs_eval *eval = evaluator(field);
+  /* The bump on x points along y now, twice as far out. */
+  assert_true(fabs(zs_eval_point(eval, (double[3]){10, 23, 30})) < 1e-7);
+  for (int i = 0; i < POINTS; i++) {
+    const double *p = sphere[i];
+    const double x[3] = {10 - 2 * p[1], 20 + 2 * p[0], 30 + 2 * p[2]};
+    assert_true(fabs(zs_eval_point(eval, x)) < 1e-7);
+  }
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
+/* Blocks, gradients and bounds through the public calls. */
+static void evaluators_agree(void **state)
+{
+  (void)state;
+  enum { N = 300 };
+  zs_field *field = compile("<union><variational at='5 0 0'><points src='sphere.xyz'/>"
+                            "</variational><sphere radius='0.5' at='3.6 0 0'/></union>");
+  zs_eval *eval = evaluator(field);
+  const double origin[3] = {5, 0, 0};
+  float x[3][N], f[N], g[4][N];
+  uint64_t seed = 8;
+  for (int k = 0; k < 3; k++)
+    for (int i = 0; i < N; i++)
+      x[k][i] = (float)random_between(&seed, -1.4, 1.4);
+  zs_eval_values(eval, origin, N, x[0], x[1], x[2], f);
+  zs_eval_gradients(eval, origin, N, x[0], x[1], x[2], g[0], g[1], g[2], g[3]);
+  for (int i = 0; i < N; i++) {
+    const double h = 1e-5;
+    double p[3], exact;
+    for (int k = 0; k < 3; k++)
+      p[k] = origin[k] + (double)x[k][i];
+    exact = zs_eval_point(eval, p);
+    assert_true(fabs((double)f[i] - exact) < 1e-5);
+    assert_true(fabs((double)g[0][i] - exact) < 1e-5);
+    for (int k = 0; k < 3; k++) {
+      double a[3] = {p[0], p[1], p[2]}, b[3] = {p[0], p[1], p[2]};
+      a[k] += h;
+      b[k] -= h;
+      double slope = (zs_eval_point(eval, a) - zs_eval_point(eval, b)) / (2 * h);
+      assert_true(fabs((double)g[k + 1][i] - slope) < 1e-2);
+    }
+    double lo[1][3], hi[1][3];
+    float f_lo, f_hi;
+    for (int k = 0; k < 3; k++) {
+      lo[0][k] = p[k] - 0.02 * (i % 7);
+      hi[0][k] = p[k] + 0.03;
+    }
+    zs_eval_bounds(eval, 1, (const double(*)[3])lo, (const double(*)[3])hi, &f_lo, &f_hi);
+    assert_true(isnan(f_lo) || (f_lo <= f[i] && f[i] <= f_hi));
+  }
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
+/* What does not change is not fitted again. */
+static void fits_are_remembered(void **state)
+{
+  (void)state;
+  zs_diag diag = {0};
+  zs_scene *scene = parse("<param name='turn' value='0'/><param name='mu' value='0'/>\n"
+                          "<variational rotate='0 0 {turn}' smoothing='{mu}'>"
+                          "<points src='sphere.xyz'/></variational>", &diag);
+  assert_non_null(scene);
+  double seconds[3];
+  for (int i = 0; i < 3; i++) {
+    if (i == 1)
+      assert_true(zs_scene_set(scene, "turn", 30, &diag));
+    if (i == 2)
+      assert_true(zs_scene_set(scene, "mu", 0.01, &diag));
+    zs_field *field = zs_scene_compile(scene, NULL, NULL, &diag);
+    assert_non_null(field);
+    zs_fit_info info;
+    assert_true(zs_field_fit(field, 0, &info));
+    seconds[i] = info.seconds;
+    assert_true(i == 2 ? info.residual > 1e-6 : info.residual < 1e-8);
+    zs_field_unref(field);
+  }
+  assert_true(seconds[0] == seconds[1]);
+  assert_true(seconds[0] != seconds[2]);
+  zs_scene_free(scene);
+}
+
+/* ---- What is refused --------------------------------------------------------------- */
+
+static void write_bad_files(void)
+{
+  static const struct {
+    const char *name, *text;
+  } files[] = {
+    {"bare.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"},
+    {"empty.xyz", "# nothing\n"},
+    {"nan.xyz", "0 0 0 0 0 1\n1 0 0 0 nan 1\n"},
+    {"flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"},
+  };
+  for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+    FILE *file = create(files[i].name);
+    fputs(files[i].text, file);
+    assert_int_equal(fclose(file), 0);
+  }
+}
+
+static void mistakes_are_explained(void **state)
+{
+  (void)state;
+  static const struct {
+    const char *body, *message, *file;
+    unsigned line;
+    zs_status status;
+  } cases[] = {
+    {"<sphere/>\n<variational/>", "there are no points", "scene.xml", 3, ZS_ERROR_GEOMETRY},
+    {"<variational><points src='bare.xyz'/></variational>", "where the inside is", "scene.xml", 2,
+     ZS_ERROR_GEOMETRY},
+    {"<variational><points src='empty.xyz'/></variational>", "no points in this file", "empty.xyz",
+     0, ZS_ERROR_SYNTAX},
+    {"<variational><points src='nan.xyz'/></variational>", "'nan' is not a finite number",
+     "nan.xyz", 2, ZS_ERROR_SYNTAX},
+    {"<variational><mesh src='flat.obj'/></variational>", "no triangle with an area", "flat.obj", 0,
+     ZS_ERROR_GEOMETRY},
+    {"<variational><point at='0 0 0' normal='0 0 1'/>\n<point at='0 0 0' value='1'/></variational>",
+     "contradict each other: value 0 at (0 0 0), value 1 at (0 0 0)", "scene.xml", 2,
+     ZS_ERROR_GEOMETRY},
+    {"<variational>\n<point at='0 0 0' normal='0 0 0'/></variational>", "no direction",
+     "scene.xml", 3, ZS_ERROR_GEOMETRY},
+    {"<variational normal-offset='-1'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
+     ZS_ERROR_SCHEMA},
+    {"<variational normal-offset='automatic'><points src='sphere.xyz'/></variational>", "",
+     "scene.xml", 2, ZS_ERROR_SYNTAX},
+    {"<variational kernel='cubic'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
+     ZS_ERROR_SCHEMA},
+    {"<variational smoothing='-0.1'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
+     ZS_ERROR_SCHEMA},
+    {"<variational><point normal='0 0 1'/></variational>", "", "scene.xml", 2, ZS_ERROR_SCHEMA},
+  };
+  write_bad_files();
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    seen s = {.message = ""};
+    zs_diag diag = {.report = keep, .context = &s};
+    zs_scene *scene = parse(cases[i].body, &diag);
+    zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
+    assert_null(field);
+    assert_true(diag.errors >= 1);
+    if (!strstr(s.message, cases[i].message) || !strstr(s.file, cases[i].file) ||
+        s.line != cases[i].line || diag.status != cases[i].status)
+      fail_msg("case %zu: %s:%u: status %d: %s", i, s.file, s.line, (int)diag.status, s.message);
+    zs_scene_free(scene);
+  }
+}
+
+static void memory_limits_are_kept(void **state)
+{
+  (void)state;
+  zs_control control;
+  zs_control_init(&control);
+  control.memory_limit = 1000000; /* the matrix alone has 450^2 numbers */
+  zs_diag diag = {0};
+  zs_scene *scene = parse("<variational><points src='sphere.xyz'/></variational>", &diag);
+  assert_non_null(scene);
+  assert_null(zs_scene_compile(scene, NULL, &control, &diag));
+  assert_int_equal(diag.status, ZS_ERROR_MEMORY);
+  zs_scene_free(scene);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(is_the_distance_nearby),
+    cmocka_unit_test(all_sources_agree),
+    cmocka_unit_test(values_say_where_the_inside_is),
+    cmocka_unit_test(placement_moves_the_solid),
+    cmocka_unit_test(evaluators_agree),
+    cmocka_unit_test(fits_are_remembered),
+    cmocka_unit_test(mistakes_are_explained),
+    cmocka_unit_test(memory_limits_are_kept),
+  };
+  return cmocka_run_group_tests(tests, set_up, tear_down);
+}
