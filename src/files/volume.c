@@ -135,7 +135,8 @@ static bool nrrd_header(FILE *stream, const zs_grid *grid, zs_sample_type type, 
 }
 
 /* `data_name` is the file of samples beside the header. */
-static bool mhd_header(FILE *stream, const zs_grid *grid, zs_sample_type type, const char *data_name)
+static bool mhd_header(FILE *stream, const zs_grid *grid, zs_sample_type type,
+                       const char *data_name)
 {
   double origin[3];
   first_sample(grid, origin);

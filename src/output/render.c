@@ -103,7 +103,8 @@ static bool trace_tiles(renderer *r, uint32_t rays_per_pixel,
     if (atomic_load_explicit(&cancelled, memory_order_relaxed))
       continue;
     const int thread = omp_get_thread_num();
-    trace_tile(r, &r->workers[thread], i % across * side, i / across * side, rays_per_pixel, finish);
+    trace_tile(r, &r->workers[thread], i % across * side, i / across * side, rays_per_pixel,
+               finish);
     unsigned done = atomic_fetch_add_explicit(&finished, 1, memory_order_relaxed) + 1;
     if (thread == 0 && !report_progress(r, from + (to - from) * done / count))
       atomic_store_explicit(&cancelled, true, memory_order_relaxed);

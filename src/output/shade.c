@@ -83,7 +83,8 @@ zs_color zs_shade(const zs_studio *studio, const zs_camera *camera, const zs_hit
   light = zs_color_add(light, zs_color_scale(key_light, key));
   light = zs_color_add(light, zs_color_scale(fill_light, fill));
   zs_color color = product(hit->kind == ZS_HIT_CUT ? terracotta : clay, light);
-  return zs_color_add(color, zs_color_scale(key_light, open * highlight(hit->normal, studio->key, ray)));
+  const float shine = open * highlight(hit->normal, studio->key, ray);
+  return zs_color_add(color, zs_color_scale(key_light, shine));
 }
 
 zs_color zs_backdrop(float height)

@@ -464,12 +464,12 @@ static unsigned split(const part *whole, part parts[ZS_LANES])
 }
 
 /* Depth of the boundary before a leaf. */
-static float leaf_depth(const zs_tracer *tracer, uint32_t leaf)
+static float leaf_depth(const zs_tracer *tracer, uint32_t index)
 {
   const zs_camera *camera = tracer->camera;
-  if (leaf == tracer->leaves)
+  if (index == tracer->leaves)
     return (float)camera->far;
-  return (float)(camera->near + (camera->far - camera->near) * leaf / tracer->leaves);
+  return (float)(camera->near + (camera->far - camera->near) * index / tracer->leaves);
 }
 
 /* Whether any ray goes on inside a part. */

@@ -101,7 +101,8 @@ static void test_vti(void **state)
     assert_contains(text, "byte_order=\"LittleEndian\"");
     assert_contains(text, "header_type=\"UInt64\"");
     char type[64];
-    snprintf(type, sizeof type, "<DataArray type=\"%s\" Name=\"f\" format=\"appended\"", vti_types[t]);
+    snprintf(type, sizeof type, "<DataArray type=\"%s\" Name=\"f\" format=\"appended\"",
+             vti_types[t]);
     assert_contains(text, type);
     const char *data = strchr(strstr(text, "<AppendedData encoding=\"raw\">"), '_') + 1;
     for (int i = 0; i < 8; i++)
@@ -247,12 +248,13 @@ static void test_discard(void **state)
 static void test_bad_names(void **state)
 {
   (void)state;
-  static const char *const names[] = {"volume", "volume.", "volume.png", ".vti.x", "no/such/folder/a.vti",
-                                      "no/such/folder/a.mhd"};
+  static const char *const names[] = {
+    "volume", "volume.", "volume.png", ".vti.x", "no/such/folder/a.vti", "no/such/folder/a.mhd"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     zs_volume_writer writer;
     zs_diag diag = {0};
-    assert_false(zs_volume_open(&writer, scratch_path(&here, names[i]), &grid, ZS_SAMPLE_F32, "f", &diag));
+    const char *path = scratch_path(&here, names[i]);
+    assert_false(zs_volume_open(&writer, path, &grid, ZS_SAMPLE_F32, "f", &diag));
     assert_int_equal(diag.errors, 1);
     assert_int_equal(diag.status, i < 4 ? ZS_ERROR_ARGUMENT : ZS_ERROR_IO);
   }
@@ -267,7 +269,8 @@ static void test_full_device(void **state)
     skip();
   zs_volume_writer writer;
   zs_diag diag = {0};
-  assert_true(zs_volume_open(&writer, scratch_path(&here, "full.raw"), &grid, ZS_SAMPLE_F32, "f", NULL));
+  const char *path = scratch_path(&here, "full.raw");
+  assert_true(zs_volume_open(&writer, path, &grid, ZS_SAMPLE_F32, "f", NULL));
   fclose(writer.data.stream);
   writer.data.stream = full;
   const float samples[COUNT] = {0};

@@ -13,8 +13,9 @@
 
 static const double lo[3] = {-1, -1, -1}, hi[3] = {1, 1, 1};
 
-static zs_image render(const char *formula, const zs_view *view, zs_render_mode mode, uint32_t width,
-                       uint32_t height, const zs_control *control, zs_job_report *report)
+static zs_image render(const char *formula, const zs_view *view, zs_render_mode mode,
+                       uint32_t width, uint32_t height, const zs_control *control,
+                       zs_job_report *report)
 {
   zs_field *field = formula_field(formula);
   assert_non_null(field);
@@ -223,7 +224,8 @@ static void test_framing(void **state)
   (void)state;
   static const char *const names[] = {"front", "back", "left", "right", "top", "bottom", "iso"};
   static const char *const solids[] = {
-    "0.2 - sqrt((x - 0.5)^2 + (y + 0.3)^2 + (z - 0.6)^2)", "min(min(0.9 - abs(x), 0.1 - abs(y)), 0.2 - abs(z))"};
+    "0.2 - sqrt((x - 0.5)^2 + (y + 0.3)^2 + (z - 0.6)^2)",
+    "min(min(0.9 - abs(x), 0.1 - abs(y)), 0.2 - abs(z))"};
   for (size_t v = 0; v < 7; v++)
     for (size_t s = 0; s < 2; s++) {
       const zs_view view = named(names[v]);
@@ -249,7 +251,8 @@ static void test_cuts(void **state)
 {
   (void)state;
   static const char *const names[] = {"front", "back", "left", "right", "top", "bottom"};
-  static const int normals[][3] = {{0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 0, -1}};
+  static const int normals[][3] = {{0, -1, 0}, {0, 1, 0}, {-1, 0, 0},
+                                   {1, 0, 0},  {0, 0, 1}, {0, 0, -1}};
   for (size_t v = 0; v < 6; v++) {
     const zs_view view = named(names[v]);
     zs_image image = render("1 + x*x", &view, ZS_RENDER_NORMALS, 40, 40, NULL, NULL);
@@ -271,8 +274,8 @@ static void test_cuts(void **state)
 static void test_eye_inside(void **state)
 {
   (void)state;
-  const zs_view view = {.id = "", .has_eye = true, .eye = {0.1, 0.2, -0.1}, .target = {1, 0.2, -0.1},
-                        .up = {0, 0, 1}, .field_of_view = 10};
+  const zs_view view = {.id = "", .has_eye = true, .eye = {0.1, 0.2, -0.1},
+                        .target = {1, 0.2, -0.1}, .up = {0, 0, 1}, .field_of_view = 10};
   zs_image image = render(ball, &view, ZS_RENDER_NORMALS, 16, 16, NULL, NULL);
   for (size_t i = 0; i < 256; i++) {
     assert_true(image.pixels[3 * i] < 4);
@@ -286,9 +289,10 @@ static void test_eye_inside(void **state)
 static void test_thin_sheets(void **state)
 {
   (void)state;
-  static const char *const sheets[] = {"1e-4 - abs(y - 0.0123)", "1e-4 - abs(x * 0.6 + y * 0.8 - 0.1)",
-                                       "1e-4 - abs(x * 0.4 + y * 0.7 + z * 0.592 + 0.05)",
-                                       "5e-5 - abs(sqrt(x*x + z*z + (y - 3)^2) - 3.1)"};
+  static const char *const sheets[] = {
+    "1e-4 - abs(y - 0.0123)", "1e-4 - abs(x * 0.6 + y * 0.8 - 0.1)",
+    "1e-4 - abs(x * 0.4 + y * 0.7 + z * 0.592 + 0.05)",
+    "5e-5 - abs(sqrt(x*x + z*z + (y - 3)^2) - 3.1)"};
   const zs_view view = {.id = "", .has_eye = true, .eye = {0, -8, 0}, .up = {0, 0, 1},
                         .field_of_view = 10};
   for (size_t s = 0; s < sizeof sheets / sizeof *sheets; s++) {

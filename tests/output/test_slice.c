@@ -48,7 +48,8 @@ static bool pixel_place(const zs_image *image, int axis, double at, uint32_t col
 }
 
 /* An asymmetric solid that every slice below cuts, as formula and in C. */
-static const char wedge[] = "min(0.4 + 0.31 * x - 0.23 * y + 0.17 * z, 1.9 - abs(x) - abs(y - 0.2))";
+static const char wedge[] =
+  "min(0.4 + 0.31 * x - 0.23 * y + 0.17 * z, 1.9 - abs(x) - abs(y - 0.2))";
 
 static double wedge_value(const double p[3])
 {
@@ -97,7 +98,8 @@ static void test_shortcuts(void **state)
       for (unsigned threads = 1; threads <= 3; threads++) {
         zs_control_init(&control);
         control.threads = threads;
-        zs_image image = slice(wedge, axis, -0.5, 150, 170, (zs_quantity)quantity, &control, &inside);
+        zs_image image =
+          slice(wedge, axis, -0.5, 150, 170, (zs_quantity)quantity, &control, &inside);
         assert_memory_equal(image.pixels, expected.pixels, (size_t)150 * 170 * image.channels);
         assert_int_equal(inside, expected_inside);
         zs_image_clear(&image);
