@@ -373,7 +373,8 @@ bool zs_render(zs_field *field, const double lo[3], const double hi[3],
   r.studio = zs_studio_for(&r.camera);
   r.threads = zs_control_threads(control);
   zs_job_report job = {.threads = r.threads};
-  job.peak_bytes = pixel_count(&r) * pixel_bytes(options->mode);
+  job.peak_bytes =
+    pixel_count(&r) * pixel_bytes(options->mode) + r.threads * sizeof(zs_tile);
   bool done = zs_memory_check(control, job.peak_bytes, "the picture", diag) &&
               prepare(&r, field, image, diag);
   if (done && !draw(&r, &job))
