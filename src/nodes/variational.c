@@ -193,8 +193,9 @@ static const zs_attribute attributes[] = {
   ZS_SELECT(struct variational, kernel, "kernel", "auto", kernels,
             "the radial function: r, r3 (r^3), r5 (r^5), tps2 (r^2 log r) or tps4 (r^4 log r); "
             "auto is r3"),
-  {.name = "normal-offset", .type = ZS_NUMBER, .offset = offsetof(struct variational, normal_offset),
-   .initial = "auto", .unit = "length", .range = ZS_RANGE_POSITIVE, .choices = words,
+  {.name = "normal-offset", .type = ZS_NUMBER,
+   .offset = offsetof(struct variational, normal_offset), .initial = "auto", .unit = "length",
+   .range = ZS_RANGE_POSITIVE, .choices = words,
    .doc = "how far from a point with a normal the constraints lie that say which side is inside; "
           "auto is a hundredth of the diagonal of the points' box, or less where the surface bends "
           "or comes near itself"},

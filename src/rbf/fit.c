@@ -258,9 +258,10 @@ static bool assemble(fitter *f)
 #pragma omp parallel for schedule(static) num_threads(f->threads)
   for (size_t j = 0; j < n; j++) {
     const double *c = rbf->centres + j * dimension;
-    for (size_t i = 0; i < n; i++)
-      matrix[j * n + i] =
-        sign * zs_rbf_phi(rbf->kernel, distance_squared(dimension, rbf->centres + i * dimension, c));
+    for (size_t i = 0; i < n; i++) {
+      double s = distance_squared(dimension, rbf->centres + i * dimension, c);
+      matrix[j * n + i] = sign * zs_rbf_phi(rbf->kernel, s);
+    }
     matrix[j * n + j] += f->problem->smoothing;
   }
   for (size_t i = 0; i < n; i++) {

@@ -135,7 +135,8 @@ static void shift_row(double *c, size_t stride, int n, double by)
 }
 
 /* The series about a point `by` further on. */
-static void shift(const zs_rbf_layout *layout, const double from[ZS_RBF_TAYLOR], const double by[3], double to[ZS_RBF_TAYLOR])
+static void shift(const zs_rbf_layout *layout, const double from[ZS_RBF_TAYLOR],
+                  const double by[3], double to[ZS_RBF_TAYLOR])
 {
   enum { SIDE = ZS_RBF_DEGREE + 1 };
   cube c = {{{0}}};
@@ -156,7 +157,8 @@ static void shift(const zs_rbf_layout *layout, const double from[ZS_RBF_TAYLOR],
 }
 
 /* Enclose a polynomial over |t_k| <= half, monomial by monomial. */
-static void polynomial_bounds(const zs_rbf_layout *layout, const double c[ZS_RBF_TAYLOR], double half, double *lo, double *hi)
+static void polynomial_bounds(const zs_rbf_layout *layout, const double c[ZS_RBF_TAYLOR],
+                              double half, double *lo, double *hi)
 {
   double power[ZS_RBF_DEGREE + 1] = {1};
   for (int k = 1; k <= ZS_RBF_DEGREE; k++)

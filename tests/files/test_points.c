@@ -85,7 +85,8 @@ static void columns_by_their_number(void **state)
 static void columns_by_name(void **state)
 {
   (void)state;
-  zs_points p = read_text("\xef\xbb\xbf\"value\",red,z,y,x,label\n9,255,3,2,1,left\n8,0,6,5,4,right\n");
+  zs_points p = read_text("\xef\xbb\xbf\"value\",red,z,y,x,label\n"
+                          "9,255,3,2,1,left\n8,0,6,5,4,right\n");
   assert_int_equal(p.count, 2);
   check(p.positions, 6, (double[]){1, 2, 3, 4, 5, 6});
   check(p.values, 2, (double[]){9, 8});
@@ -139,7 +140,8 @@ static void ply_binary(void **state)
   (void)state;
   static const char header[] = "ply\nformat binary_%s_endian 1.0\nelement vertex 2\n"
                                "property float x\nproperty double y\nproperty short z\n"
-                               "property list uchar int skipped\nproperty uchar value\nend_header\n";
+                               "property list uchar int skipped\nproperty uchar value\n"
+                               "end_header\n";
   for (int big = 0; big <= 1; big++) {
     char bytes[512];
     size_t n = (size_t)snprintf(bytes, sizeof bytes, header, big ? "big" : "little");

@@ -60,7 +60,8 @@ static void interpolates_every_value(void **state)
   (void)state;
   for (unsigned dimension = 2; dimension <= 5; dimension++)
     for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
-      cloud *c = random_cloud(dimension, (zs_rbf_kernel)kernel, 300, 7 * dimension + (unsigned)kernel);
+      const uint64_t seed = 7 * dimension + (unsigned)kernel;
+      cloud *c = random_cloud(dimension, (zs_rbf_kernel)kernel, 300, seed);
       zs_rbf *rbf = fitted(c);
       assert_int_equal(rbf->count, 300);
       assert_true(rbf->residual < 1e-7);

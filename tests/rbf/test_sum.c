@@ -23,7 +23,8 @@ static unsigned machine_isas(void)
 /* A sphere's constraints: on it, and beside it on both sides. */
 static zs_rbf *sphere_fit(zs_rbf_kernel kernel, size_t count, uint64_t seed)
 {
-  double *positions = malloc(9 * count * sizeof *positions), *values = malloc(3 * count * sizeof *values);
+  double *positions = malloc(9 * count * sizeof *positions);
+  double *values = malloc(3 * count * sizeof *values);
   assert_non_null(positions);
   assert_non_null(values);
   for (size_t i = 0; i < count; i++) {
