@@ -6,3 +6,26 @@ dist_doc_DATA += \
 dist_man_MANS = doc/zeroset.1
 bashcompletiondir = $(datadir)/bash-completion/completions
 dist_bashcompletion_DATA = doc/zeroset.bash
+
+# Pictures of the scenes, for doc/gallery.md.
+gallery_pictures = \
+  doc/gallery/bracket-slice.png \
+  doc/gallery/bracket.png \
+  doc/gallery/bunny.png \
+  doc/gallery/column.png \
+  doc/gallery/cup-slice.png \
+  doc/gallery/cup.png \
+  doc/gallery/loft.png \
+  doc/gallery/surface.png
+EXTRA_DIST += doc/gallery.md $(gallery_pictures)
+
+gallery: zeroset
+	for name in bracket bunny column cup loft surface; do \
+	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
+	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
+	done
+	./zeroset slice $(srcdir)/scenes/bracket.xml --z 4 --size 480x360 \
+	  -o $(srcdir)/doc/gallery/bracket-slice.png
+	./zeroset slice $(srcdir)/scenes/cup.xml --axis y --at 0 --size 480x360 \
+	  -o $(srcdir)/doc/gallery/cup-slice.png
+.PHONY: gallery

@@ -20,7 +20,8 @@ static void report(void *context, const zs_diagnostic *d)
   print_error("%s:%u:%u: %s\n", d->file ? d->file : "", d->line, d->column, d->message);
 }
 
-/* The vertices of scenes/bunny.obj where the scene puts them: z up. */
+/* The vertices of scenes/bunny.obj where the scene puts them: y up turned to z
+ * up, then by 60 degrees about z. */
 static size_t read_points(const char *path, double (*points)[3])
 {
   FILE *file = fopen(path, "r");
@@ -32,8 +33,8 @@ static size_t read_points(const char *path, double (*points)[3])
     if (sscanf(line, "v %lf %lf %lf", &x, &y, &z) != 3)
       continue;
     assert_true(n < MAXIMUM_POINTS);
-    points[n][0] = x;
-    points[n][1] = -z;
+    points[n][0] = 0.5 * x + sqrt(0.75) * z;
+    points[n][1] = sqrt(0.75) * x - 0.5 * z;
     points[n][2] = y;
     n++;
   }
