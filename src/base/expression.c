@@ -317,6 +317,7 @@ __attribute__((format(printf, 3, 4))) static uint32_t fail(parser *p, const char
 {
   if (!p->failed) {
     p->failed = true;
+    p->error->memory = false;
     p->error->offset = (size_t)(where - p->text);
     va_list arguments;
     va_start(arguments, format);
@@ -328,7 +329,10 @@ __attribute__((format(printf, 3, 4))) static uint32_t fail(parser *p, const char
 
 static uint32_t fail_memory(parser *p)
 {
-  return fail(p, p->text, "out of memory");
+  bool first = !p->failed;
+  fail(p, p->text, "out of memory");
+  p->error->memory = first || p->error->memory;
+  return 0;
 }
 
 /* Two-character operators first. */

@@ -49,12 +49,12 @@ typedef struct zs_expression {
 typedef struct zs_expression_error {
   size_t offset;      /* bytes into the text */
   char message[160];  /* "expected ')'" */
+  bool memory;        /* there is nothing wrong with the text: memory is out */
 } zs_expression_error;
 
 /* Parse `length` bytes.  `pi` and the functions are known; every other name is
  * a variable (dots are allowed inside names: `size.x`).  Linear time; nesting
- * is bounded.  NULL with the error filled in; an out-of-memory message is
- * "out of memory". */
+ * is bounded.  NULL with the error filled in. */
 const zs_expression *zs_expression_parse(zs_arena *arena, const char *text, size_t length,
                                          zs_expression_error *error);
 

@@ -118,8 +118,11 @@ static void parse(zs_compiler *compiler, parsed *p)
     zs_expression_parse(zs_compiler_arena(compiler), p->formula, strlen(p->formula), &error);
   zs_diag *diag = zs_compiler_diag(compiler);
   if (!expression) {
-    zs_fail(diag, ZS_ERROR_UNABLE, NULL, "the formula of <%s> cannot be read: %s", p->kind->name,
-            error.message);
+    if (error.memory)
+      zs_fail_memory(diag);
+    else
+      zs_fail(diag, ZS_ERROR_UNABLE, NULL, "the formula of <%s> cannot be read: %s",
+              p->kind->name, error.message);
     return;
   }
   for (uint32_t i = 0; i < expression->variable_count; i++) {

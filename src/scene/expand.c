@@ -8,7 +8,7 @@
 
 enum {
   MAXIMUM_ITERATIONS = 1000000, /* of all repeats together */
-  DEPTH_FACTOR = 4              /* nesting through use and instance, in file depths */
+  MAXIMUM_NESTING = 1000        /* of nodes, through use and instance: this recurses */
 };
 
 /* An object or a definition that is being expanded. */
@@ -214,12 +214,11 @@ static bool check_children(expansion *x, const zs_element *element, const zs_kin
 /* Enter one more level; false after reporting that there are too many. */
 static bool enter(expansion *x, const zs_element *element)
 {
-  uint32_t most = DEPTH_FACTOR * x->scene->options.maximum_depth;
-  if (x->depth >= most) {
+  if (x->depth == MAXIMUM_NESTING) {
     zs_place place = zs_element_place(element);
     if (!x->halted)
       zs_report(x->diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL,
-                "nodes are nested more than %u deep", most);
+                "nodes are nested more than %d deep", MAXIMUM_NESTING);
     halt(x);
     return false;
   }
@@ -510,11 +509,13 @@ static void run_repeat(expansion *x, const zs_element *element, context c,
       halt(x);
       break;
     }
-    x->iterations++;
+    size_t before = x->iterations;
     scope.value = repeat->from + i * repeat->step;
     x->scope = &scope;
     expand_children(x, element, c);
     x->scope = scope.outer;
+    /* Of nested repeats the innermost are counted. */
+    x->iterations += x->iterations == before;
   }
 }
 

@@ -131,6 +131,16 @@ static bool fail_value(const input *in, zs_status status, const char *hint, cons
   return fail(in, 0, status, hint, in->written->value, in->written->length, problem);
 }
 
+/* Report why an expression cannot be parsed. */
+static bool fail_expression(const input *in, const zs_place *place, const char *hint,
+                            const zs_expression_error *error)
+{
+  zs_diag *diag = in->reading->diag;
+  if (error->memory)
+    return zs_fail_memory(diag);
+  return zs_report(diag, ZS_ERROR, ZS_ERROR_SYNTAX, place, hint, "%s", error->message);
+}
+
 /* ---- Lists of numbers and expressions ---------------------------------- */
 
 static bool is_space(char c)
@@ -177,7 +187,7 @@ static size_t parse_braces(const input *in, size_t at, term *t)
     zs_expression_parse(&in->reading->scene->arena, text + t->offset, end - t->offset, &error);
   if (!t->expression) {
     zs_place place = zs_attribute_place(in->element, in->written, t->offset + error.offset);
-    zs_report(in->reading->diag, ZS_ERROR, ZS_ERROR_SYNTAX, &place, NULL, "%s", error.message);
+    fail_expression(in, &place, NULL, &error);
     return 0;
   }
   if (!ends_number(text, end + 1, length)) {
@@ -326,8 +336,9 @@ static bool fail_name(const zs_reading *reading, const zs_place *place, const ch
     snprintf(hint, sizeof hint, "did you mean '%s'?", near);
   bool later = zs_names_find(&reading->scene->parameter_names, name, strlen(name));
   return zs_report(reading->diag, ZS_ERROR, ZS_ERROR_SCHEMA, place, near ? hint : NULL,
-                   later ? "parameter '%s' is not known yet; it is defined further below"
-                         : "'%s' is not a parameter",
+                   later         ? "parameter '%s' is not known yet; it is defined further below"
+                   : coordinates ? "'%s' is neither a coordinate nor a parameter"
+                                 : "'%s' is not a parameter",
                    name);
 }
 
@@ -585,9 +596,9 @@ static const zs_expression *expression_of(const input *in, const char *text, siz
     *parsed = zs_expression_parse(&in->reading->scene->arena, text, length, &error);
     if (!*parsed) {
       zs_place place = formula_place(in, error.offset);
-      zs_report(in->reading->diag, ZS_ERROR, ZS_ERROR_SYNTAX, &place,
-                memchr(text, '{', length) ? "names need no braces in formulas" : NULL, "%s",
-                error.message);
+      fail_expression(in, &place,
+                      memchr(text, '{', length) ? "names need no braces in formulas" : NULL,
+                      &error);
     }
   }
   return *parsed;

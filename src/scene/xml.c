@@ -654,9 +654,10 @@ static zs_element *parse(reader *r)
     zs_fail_memory(r->diag);
     return NULL;
   }
-  /* libxml2 bounds the depth itself, below what its callers may ask for here. */
   int options = XML_PARSE_NONET | XML_PARSE_IGNORE_ENC;
-  if (r->maximum_depth >= 256)
+  /* What libxml2 allows otherwise. */
+  enum { LIBXML_DEPTH = 256 };
+  if (r->maximum_depth > LIBXML_DEPTH)
     options |= XML_PARSE_HUGE;
   xmlCtxtUseOptions(context, options);
   memset(context->sax, 0, sizeof *context->sax);

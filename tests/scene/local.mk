@@ -20,3 +20,9 @@ EXTRA_DIST += tests/fuzz/seeds
 
 zs_tests += tests/fuzz/test_fuzz
 tests_fuzz_test_fuzz_SOURCES = tests/fuzz/test_fuzz.c tests/fuzz/fuzz_scene.c tests/random.h
+
+# The library's allocations are sent to the test, which lets them fail.
+zs_tests += tests/scene/test_memory
+tests_scene_test_memory_SOURCES = tests/scene/test_memory.c tests/scene/print.h
+tests_scene_test_memory_LDFLAGS = $(AM_LDFLAGS) \
+  -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
