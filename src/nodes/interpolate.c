@@ -64,7 +64,7 @@ static bool check(const zs_node *node, zs_diag *diag)
     count++;
   }
   if (count < 2)
-    return zs_node_misuse(node, diag, NULL, "there are %zu levels; expected at least 2", count);
+    return zs_node_misuse(node, diag, NULL, "found %zu of at least 2 levels", count);
   return true;
 }
 

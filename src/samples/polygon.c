@@ -3,7 +3,23 @@
 #include <math.h>
 #include <string.h>
 
-enum { LEAF = 8 };
+enum {
+  LEAF = 8,
+  /* A region keeps its own edges when they are no more than this: finding among
+   * all costs little more than finding among many. */
+  MOST_LOCAL = 64
+};
+
+/* fmin and fmax are calls, for the sake of NaN that is not met here. */
+static double least(double a, double b)
+{
+  return a < b ? a : b;
+}
+
+static double greatest(double a, double b)
+{
+  return a > b ? a : b;
+}
 
 /* ---- The tree of boxes ------------------------------------------------------- */
 
@@ -55,8 +71,8 @@ static zs_polygon_box box_of(const zs_polygon_edge *edges, uint32_t count)
   zs_polygon_box box = {.lo = {INFINITY, INFINITY}, .hi = {-INFINITY, -INFINITY}};
   for (uint32_t i = 0; i < count; i++)
     for (int k = 0; k < 2; k++) {
-      box.lo[k] = fmin(box.lo[k], fmin(edges[i].a[k], edges[i].b[k]));
-      box.hi[k] = fmax(box.hi[k], fmax(edges[i].a[k], edges[i].b[k]));
+      box.lo[k] = least(box.lo[k], least(edges[i].a[k], edges[i].b[k]));
+      box.hi[k] = greatest(box.hi[k], greatest(edges[i].a[k], edges[i].b[k]));
     }
   return box;
 }
@@ -102,15 +118,17 @@ const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t c
   uint32_t used = 0;
   for (size_t i = 0; i < count; i++) {
     const double *a = points + 2 * i, *b = points + 2 * ((i + 1) % count);
-    if (a[0] != b[0] || a[1] != b[1])
-      edges[used++] = (zs_polygon_edge){{a[0], a[1]}, {b[0], b[1]}};
+    const double x = b[0] - a[0], y = b[1] - a[1], length = hypot(x, y);
+    if (length > 0)
+      edges[used++] = (zs_polygon_edge){
+        {a[0], a[1]}, {b[0], b[1]}, {x / length, y / length}, length};
   }
   zs_polygon *polygon = used ? with_tree(arena, edges, used) : NULL;
   if (!polygon)
     return NULL;
   /* Well outside, and on no line that an author's polygon is likely to have. */
   const zs_polygon_box *all = &polygon->boxes[0];
-  const double size = fmax(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
+  const double size = greatest(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
   polygon->reference[0] = (float)(all->lo[0] - 0.618 * size);
   polygon->reference[1] = (float)(all->lo[1] - 0.271 * size);
   return polygon;
@@ -131,21 +149,21 @@ static double cross(double ax, double ay, double bx, double by)
 /* Squared distance of a point from a box, 0 inside. */
 static double box_distance2(const zs_polygon_box *box, const double p[2])
 {
-  double dx = fmax(fmax(box->lo[0] - p[0], p[0] - box->hi[0]), 0);
-  double dy = fmax(fmax(box->lo[1] - p[1], p[1] - box->hi[1]), 0);
+  double dx = greatest(greatest(box->lo[0] - p[0], p[0] - box->hi[0]), 0);
+  double dy = greatest(greatest(box->lo[1] - p[1], p[1] - box->hi[1]), 0);
   return dx * dx + dy * dy;
 }
 
 static double edge_distance2(const zs_polygon_edge *edge, const double p[2])
 {
-  const double ex = edge->b[0] - edge->a[0], ey = edge->b[1] - edge->a[1];
-  const double px = p[0] - edge->a[0], py = p[1] - edge->a[1];
-  const double t = (px * ex + py * ey) / (ex * ex + ey * ey);
-  if (t <= 0)
-    return px * px + py * py;
-  if (t >= 1)
+  const double *e = edge->direction;
+  const double x = p[0] - edge->a[0], y = p[1] - edge->a[1];
+  const double along = x * e[0] + y * e[1];
+  if (along <= 0)
+    return x * x + y * y;
+  if (along >= edge->length)
     return square(p[0] - edge->b[0]) + square(p[1] - edge->b[1]);
-  return square(cross(ex, ey, px, py)) / (ex * ex + ey * ey);
+  return square(cross(e[0], e[1], x, y));
 }
 
 static double leaf_distance2(const zs_polygon *polygon, const zs_polygon_box *leaf,
@@ -153,7 +171,7 @@ static double leaf_distance2(const zs_polygon *polygon, const zs_polygon_box *le
 {
   double best = INFINITY;
   for (uint32_t i = 0; i < leaf->count; i++)
-    best = fmin(best, edge_distance2(&polygon->edges[leaf->first + i], p));
+    best = least(best, edge_distance2(&polygon->edges[leaf->first + i], p));
   return best;
 }
 
@@ -181,7 +199,7 @@ static double unsigned_distance(const zs_polygon *polygon, const double p[2])
       continue;
     }
     if (box->count)
-      best = fmin(best, leaf_distance2(polygon, box, p));
+      best = least(best, leaf_distance2(polygon, box, p));
     at++;
   }
   return sqrt(best);
@@ -192,7 +210,7 @@ static bool segment_meets(const zs_polygon_box *box, const double r[2], const do
 {
   for (int k = 0; k < 2; k++) {
     const double end = r[k] + d[k];
-    if (fmax(r[k], end) < box->lo[k] || fmin(r[k], end) > box->hi[k])
+    if (greatest(r[k], end) < box->lo[k] || least(r[k], end) > box->hi[k])
       return false;
   }
   /* All corners strictly on one side of the line? */
@@ -251,15 +269,15 @@ double zs_polygon_distance(const zs_polygon *polygon, double x, double y)
 static void near_part(const zs_polygon *polygon, int axis, double *lo, double *hi)
 {
   const zs_polygon_box *all = &polygon->boxes[0];
-  const double size = fmax(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
-  const double least = all->lo[axis] - size, most = all->hi[axis] + size;
-  if (*hi < least) {
+  const double size = greatest(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
+  const double first = all->lo[axis] - size, last = all->hi[axis] + size;
+  if (*hi < first) {
     *lo = *hi;
-  } else if (*lo > most) {
+  } else if (*lo > last) {
     *hi = *lo;
   } else {
-    *lo = fmax(*lo, least);
-    *hi = fmin(*hi, most);
+    *lo = greatest(*lo, first);
+    *hi = least(*hi, last);
   }
 }
 
@@ -288,7 +306,8 @@ zs_polygon_view zs_polygon_look(const zs_polygon *polygon, const double lo[2], c
   /* A point of the box is at most `across` from the centre: its nearest edge is
    * no farther than clearest + across from the point. */
   const double *c = view.centre;
-  const double across = hypot(fmax(hi[0] - c[0], c[0] - lo[0]), fmax(hi[1] - c[1], c[1] - lo[1]));
+  const double across =
+    hypot(greatest(hi[0] - c[0], c[0] - lo[0]), greatest(hi[1] - c[1], c[1] - lo[1]));
   view.reach = (clearest + 2 * across) * (1 + 1e-6);
   view.inside = is_inside(polygon, view.centre);
   return view;
@@ -311,7 +330,8 @@ static const void *restricted(const void *data, const float lo[], const float hi
     return polygon;
   const zs_polygon_view view = zs_polygon_look(polygon, from, to);
   const double reach2 = view.reach * view.reach;
-  const uint32_t limit = polygon->edge_count - polygon->edge_count / 4;
+  const uint32_t fewer = polygon->edge_count - polygon->edge_count / 4;
+  const uint32_t limit = fewer < MOST_LOCAL ? fewer : MOST_LOCAL;
   const zs_arena_mark mark = zs_arena_mark_here(arena);
   zs_polygon_edge *edges = ZS_ARENA_NEW(arena, zs_polygon_edge, limit);
   uint32_t used = 0;

@@ -14,6 +14,7 @@
 /* An edge from a to b. */
 typedef struct zs_polygon_edge {
   double a[2], b[2];
+  double direction[2], length; /* of b - a; the direction has length 1 */
 } zs_polygon_edge;
 
 /* A node of the tree of boxes; nodes stand in depth-first order. */

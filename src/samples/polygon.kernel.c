@@ -40,7 +40,7 @@ static edge prepared(const zs_polygon_edge *from, const double c[2])
 {
   const double ax = from->a[0] - c[0], ay = from->a[1] - c[1];
   const double bx = from->b[0] - c[0], by = from->b[1] - c[1];
-  const double length = hypot(bx - ax, by - ay), ex = (bx - ax) / length, ey = (by - ay) / length;
+  const double ex = from->direction[0], ey = from->direction[1];
   return (edge){.ax = (float)ax,
                 .ay = (float)ay,
                 .bx = (float)bx,
@@ -49,7 +49,7 @@ static edge prepared(const zs_polygon_edge *from, const double c[2])
                 .ey = (float)ey,
                 .line = (float)(ey * ax - ex * ay),
                 .start = (float)-(ax * ex + ay * ey),
-                .length = (float)length};
+                .length = (float)from->length};
 }
 
 /* The signed distance of a point from an edge's line, and where it falls along
@@ -128,11 +128,15 @@ static void extent(const float *x, unsigned n, double *lo, double *hi)
   *hi = least <= greatest ? (double)greatest : 0;
 }
 
-static double gap(const zs_polygon_box *box, const double p[2])
+static double gap2_of(const zs_polygon_box *box, const double p[2])
 {
-  const double dx = fmax(fmax(box->lo[0] - p[0], p[0] - box->hi[0]), 0);
-  const double dy = fmax(fmax(box->lo[1] - p[1], p[1] - box->hi[1]), 0);
-  return dx * dx + dy * dy;
+  double gap2 = 0;
+  for (int k = 0; k < 2; k++) {
+    const double below = box->lo[k] - p[k], above = p[k] - box->hi[k];
+    const double d = below > 0 ? below : above > 0 ? above : 0;
+    gap2 += d * d;
+  }
+  return gap2;
 }
 
 /* Whether the centre from which the block was worked out is inside. */
@@ -152,7 +156,7 @@ static bool work_out(block *b, const zs_polygon *polygon, const float *x, const 
   place(b, x, y, view.centre);
   for (uint32_t at = 0; at < polygon->box_count;) {
     const zs_polygon_box *box = &polygon->boxes[at];
-    if (gap(box, view.centre) > view.reach * view.reach) {
+    if (gap2_of(box, view.centre) > view.reach * view.reach) {
       at = box->skip;
       continue;
     }
