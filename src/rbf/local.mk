@@ -8,10 +8,12 @@ zs_sources += \
   src/rbf/fit.h \
   src/rbf/kernel.c \
   src/rbf/kernel.h \
+  src/rbf/series.c \
+  src/rbf/series.h \
   src/rbf/sum.c \
   src/rbf/sum.h \
   src/rbf/tree.c \
   src/rbf/tree.h \
   src/rbf/vector.h
 
-zs_kernel_sources += src/rbf/sum.kernel.c src/rbf/tree.kernel.c
+zs_kernel_sources += src/rbf/series.kernel.c src/rbf/sum.kernel.c

@@ -9,11 +9,6 @@
 #include "rbf/fit.h"
 #include "rbf/tree.h"
 
-/* One centre, as the loops read it. */
-struct zs_rbf_centre {
-  double x, y, z, weight;
-};
-
 /* Data of the operations; immutable, shared by threads. */
 typedef struct zs_rbf_sum {
   zs_rbf_kernel kernel;

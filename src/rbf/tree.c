@@ -17,69 +17,6 @@ static const double HALF = 1.25; /* half the cube's side */
  * below the second, for each cell anew; the others are bounded one by one. */
 static const double INHERITED = 0.25, EXPANDED = 0.9;
 
-/* max |C_9| of each kernel, rounded up; later ones are smaller. */
-static const double TERM[ZS_RBF_KERNEL_COUNT] = {0.0321, 0.0157, 0.0187, 0.0312, 0.0241};
-
-static double factorial(unsigned n)
-{
-  double product = 1;
-  for (unsigned i = 2; i <= n; i++)
-    product *= i;
-  return product;
-}
-
-/* |a|! / a! */
-static double multinomial(const uint8_t a[3])
-{
-  return factorial((unsigned)a[0] + a[1] + a[2]) /
-         (factorial(a[0]) * factorial(a[1]) * factorial(a[2]));
-}
-
-/* What the moment of y^a, i = |a|, and a j contributes: it is multiplied by
- *   binomial (i + j, j) 2^i multinomial (a) t^a (t.t)^j
- * where (t.t)^j is a sum over the exponents of degree j, doubled. */
-static void find_parts(zs_rbf_layout *layout)
-{
-  unsigned moment = 0, part = 0;
-  for (unsigned n = 0; n < ZS_RBF_TAYLOR; n++) {
-    const unsigned i = layout->degree[n];
-    const uint8_t *a = layout->power[n];
-    for (unsigned j = 0; i + 2 * j <= ZS_RBF_DEGREE; j++, moment++) {
-      const double common = factorial(i + j) / (factorial(i) * factorial(j)) *
-                            (double)(1u << i) * multinomial(a);
-      for (unsigned m = layout->first[j]; m < layout->first[j + 1]; m++, part++) {
-        const uint8_t *b = layout->power[m];
-        layout->part[part].factor = common * multinomial(b);
-        layout->part[part].moment = (uint16_t)moment;
-        layout->part[part].to =
-          layout->index[a[0] + 2 * b[0]][a[1] + 2 * b[1]][a[2] + 2 * b[2]];
-      }
-    }
-  }
-}
-
-void zs_rbf_layout_init(zs_rbf_layout *layout)
-{
-  uint8_t n = 0;
-  for (uint8_t degree = 0; degree <= ZS_RBF_DEGREE; degree++) {
-    layout->first[degree] = n;
-    for (uint8_t i = degree + 1; i-- > 0;)
-      for (uint8_t j = (uint8_t)(degree - i + 1); j-- > 0;) {
-        const uint8_t k = (uint8_t)(degree - i - j);
-        layout->power[n][0] = i;
-        layout->power[n][1] = j;
-        layout->power[n][2] = k;
-        layout->degree[n] = degree;
-        layout->lower[n][0] = i ? layout->index[i - 1][j][k] : 0;
-        layout->lower[n][1] = j ? layout->index[i][j - 1][k] : 0;
-        layout->lower[n][2] = k ? layout->index[i][j][k - 1] : 0;
-        layout->index[i][j][k] = n++;
-      }
-  }
-  layout->first[ZS_RBF_DEGREE + 1] = n;
-  find_parts(layout);
-}
-
 /* f over a cell lies in lo .. hi. */
 typedef struct node {
   float lo, hi;
@@ -99,11 +36,11 @@ typedef struct grown {
 
 /* What is the same for all cells. */
 typedef struct builder {
-  zs_rbf_layout layout;
+  zs_series_layout *layout;
   zs_rbf_kernel kernel;
   const zs_rbf_centre *centres;
   size_t count;
-  zs_rbf_expand *expand;
+  zs_series_expand *expand;
   double rounding; /* of block sums */
 } builder;
 
@@ -116,57 +53,24 @@ typedef struct scratch {
 /* A cell: the series of everything that is not near, off by at most `error`. */
 typedef struct cell {
   double middle[3], half;
-  double taylor[ZS_RBF_TAYLOR], error;
+  double series[ZS_SERIES_SHORT_TERMS], error;
   const uint32_t *near;
   size_t near_count;
 } cell;
 
 /* ---- Polynomials ----------------------------------------------------------------- */
 
-/* Coefficients by exponents. */
-typedef double cube[ZS_RBF_DEGREE + 1][ZS_RBF_DEGREE + 1][ZS_RBF_DEGREE + 1];
-
-/* Taylor's shift of one row of `n` coefficients, `stride` apart: p (t + by). */
-static void shift_row(double *c, size_t stride, int n, double by)
-{
-  for (int first = 0; first < n - 1; first++)
-    for (int i = n - 2; i >= first; i--)
-      c[(size_t)i * stride] += by * c[(size_t)(i + 1) * stride];
-}
-
-/* The series about a point `by` further on. */
-static void shift(const zs_rbf_layout *layout, const double from[ZS_RBF_TAYLOR],
-                  const double by[3], double to[ZS_RBF_TAYLOR])
-{
-  enum { SIDE = ZS_RBF_DEGREE + 1 };
-  cube c = {{{0}}};
-  for (int n = 0; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = layout->power[n];
-    c[p[0]][p[1]][p[2]] = from[n];
-  }
-  for (int axis = 0; axis < 3; axis++)
-    for (int i = 0; i < SIDE; i++)
-      for (int j = 0; j < SIDE - i; j++) {
-        double *row = axis == 0 ? &c[0][i][j] : axis == 1 ? &c[i][0][j] : &c[i][j][0];
-        shift_row(row, axis == 0 ? SIDE * SIDE : axis == 1 ? SIDE : 1, SIDE - i - j, by[axis]);
-      }
-  for (int n = 0; n < ZS_RBF_TAYLOR; n++) {
-    const uint8_t *p = layout->power[n];
-    to[n] = c[p[0]][p[1]][p[2]];
-  }
-}
-
 /* Enclose a polynomial over |t_k| <= half, monomial by monomial. */
-static void polynomial_bounds(const zs_rbf_layout *layout, const double c[ZS_RBF_TAYLOR],
+static void polynomial_bounds(const zs_series_layout *layout, const double c[ZS_SERIES_SHORT_TERMS],
                               double half, double *lo, double *hi)
 {
-  double power[ZS_RBF_DEGREE + 1] = {1};
-  for (int k = 1; k <= ZS_RBF_DEGREE; k++)
+  double power[ZS_SERIES_SHORT + 1] = {1};
+  for (int k = 1; k <= ZS_SERIES_SHORT; k++)
     power[k] = power[k - 1] * half;
   *lo = *hi = c[0];
-  for (int n = 1; n < ZS_RBF_TAYLOR; n++) {
+  for (int n = 1; n < ZS_SERIES_SHORT_TERMS; n++) {
     const uint8_t *p = layout->power[n];
-    const double most = c[n] * power[layout->degree[n]];
+    const double most = c[n] * power[layout->order[n]];
     const bool even = p[0] % 2 == 0 && p[1] % 2 == 0 && p[2] % 2 == 0;
     *lo += even ? fmin(most, 0) : -fabs(most);
     *hi += even ? fmax(most, 0) : fabs(most);
@@ -187,14 +91,10 @@ static double radius_of(const cell *c)
   return 1.7320508075688774 * c->half;
 }
 
-/* What the series of a centre at a distance leaves out. */
+/* What the series of a centre leaves out. */
 static double remainder_of(const builder *b, uint32_t centre, double distance, double q)
 {
-  static const unsigned twice_power[ZS_RBF_KERNEL_COUNT] = {1, 3, 5, 2, 4};
-  double q3 = q * q * q, q9 = q3 * q3 * q3, power = distance;
-  for (unsigned i = 1; i < twice_power[b->kernel]; i++)
-    power *= distance;
-  return TERM[b->kernel] * fabs(b->centres[centre].weight) * power * q9 / (1 - q);
+  return fabs(b->centres[centre].weight) * zs_series_remainder(b->layout, b->kernel, distance, q);
 }
 
 /* Enclose phi (r) over r_lo .. r_hi. */
@@ -219,7 +119,7 @@ static void make_cell(const builder *b, const cell *parent, const double middle[
     c->middle[k] = middle[k];
     by[k] = middle[k] - parent->middle[k];
   }
-  shift(&b->layout, parent->taylor, by, c->taylor);
+  zs_series_shift(b->layout, parent->series, by, c->series);
   const double h = radius_of(c);
   size_t count = 0;
   for (size_t i = 0; i < parent->near_count; i++) {
@@ -232,7 +132,7 @@ static void make_cell(const builder *b, const cell *parent, const double middle[
       near[c->near_count++] = centre;
     }
   }
-  b->expand(&b->layout, b->kernel, middle, b->centres, expanded, count, c->taylor);
+  b->expand(b->layout, b->kernel, middle, b->centres, expanded, count, c->series);
 }
 
 /* What a cell's enclosure is off by, and f in its middle: little work, compared
@@ -245,7 +145,7 @@ static double error_of(const builder *b, const cell *c, uint32_t *expanded, size
   double error = c->error + b->rounding;
   *count = 0;
   *constant = 0;
-  *value = c->taylor[0];
+  *value = c->series[0];
   for (size_t i = 0; i < c->near_count; i++) {
     const uint32_t centre = c->near[i];
     const double r = distance(b, c->middle, centre), weight = b->centres[centre].weight;
@@ -267,15 +167,15 @@ static double error_of(const builder *b, const cell *c, uint32_t *expanded, size
  * would be certain. */
 static node enclose(const builder *b, const cell *c, uint32_t *expanded)
 {
-  double taylor[ZS_RBF_TAYLOR], constant, value, lo, hi;
+  double series[ZS_SERIES_SHORT_TERMS], constant, value, lo, hi;
   size_t count;
   const double error = error_of(b, c, expanded, &count, &constant, &value);
   if (error >= fabs(value))
     return (node){-INFINITY, INFINITY, 0};
-  memcpy(taylor, c->taylor, sizeof taylor);
-  taylor[0] += constant;
-  b->expand(&b->layout, b->kernel, c->middle, b->centres, expanded, count, taylor);
-  polynomial_bounds(&b->layout, taylor, c->half, &lo, &hi);
+  memcpy(series, c->series, sizeof series);
+  series[0] += constant;
+  b->expand(b->layout, b->kernel, c->middle, b->centres, expanded, count, series);
+  polynomial_bounds(b->layout, series, c->half, &lo, &hi);
   return (node){nextafterf((float)(lo - error), -INFINITY),
                 nextafterf((float)(hi + error), INFINITY), 0};
 }
@@ -380,17 +280,6 @@ static zs_rbf_tree *join(const grown tops[TOPS])
   return tree;
 }
 
-static zs_rbf_expand *expand_of_machine(void)
-{
-#if defined ZS_WITH_X86_KERNELS
-  static zs_rbf_expand *const table[ZS_ISA_COUNT] = {zs_rbf_expand_baseline, zs_rbf_expand_avx2,
-                                                     zs_rbf_expand_avx512};
-  return table[zs_isa_select()];
-#else
-  return zs_rbf_expand_baseline;
-#endif
-}
-
 /* A bound for what adding up a block's sums in double precision can be off, in
  * whatever order. */
 static double rounding_of(const builder *b, const double polynomial[10])
@@ -402,24 +291,25 @@ static double rounding_of(const builder *b, const double polynomial[10])
     sum += fabs(b->centres[j].weight) * fmax(-lo, hi);
   for (int k = 0; k < 10; k++)
     sum += fabs(polynomial[k]) * HALF * HALF;
-  return sum * (double)(b->count + ZS_RBF_TAYLOR) * 4.5e-16;
+  return sum * (double)(b->count + ZS_SERIES_SHORT_TERMS) * 4.5e-16;
 }
 
 zs_rbf_tree *zs_rbf_tree_new(zs_rbf_kernel kernel, const zs_rbf_centre *centres, size_t count,
                              const double polynomial[10], unsigned threads)
 {
-  builder b = {.kernel = kernel, .centres = centres, .count = count, .expand = expand_of_machine()};
-  zs_rbf_layout_init(&b.layout);
+  builder b = {.kernel = kernel, .centres = centres, .count = count, 
+               .layout = zs_series_layout_new(ZS_SERIES_SHORT),
+               .expand = zs_series_expand_select()};
   b.rounding = rounding_of(&b, polynomial);
   grown *tops = calloc(TOPS, sizeof *tops);
   uint32_t *list = malloc(count * sizeof *list);
-  bool done = tops && list;
+  bool done = b.layout && tops && list;
   if (done) {
     for (size_t j = 0; j < count; j++)
       list[j] = (uint32_t)j;
     /* The first ten monomials are those of the fit. */
     cell all = {.half = HALF, .near = list, .near_count = count};
-    memcpy(all.taylor, polynomial, 10 * sizeof *polynomial);
+    memcpy(all.series, polynomial, 10 * sizeof *polynomial);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : done)
     for (unsigned t = 0; t < TOPS; t++)
       done = grow_top(&b, &all, t, &tops[t]) && done;
@@ -429,6 +319,7 @@ zs_rbf_tree *zs_rbf_tree_new(zs_rbf_kernel kernel, const zs_rbf_centre *centres,
     free(tops[t].nodes);
   free(tops);
   free(list);
+  free(b.layout);
   return tree;
 }
 
