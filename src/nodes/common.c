@@ -85,7 +85,8 @@ bool zs_node_check_direction(const zs_node *node, zs_diag *diag, const char *nam
 {
   if (direction[0] != 0 || direction[1] != 0 || direction[2] != 0)
     return true;
-  return zs_node_fail(node, diag, name, "'0 0 0' has no direction; expected a vector that is not 0");
+  return zs_node_fail(node, diag, name,
+                      "'0 0 0' has no direction; expected a vector that is not 0");
 }
 
 bool zs_node_check_span(const zs_node *node, zs_diag *diag, const char *single,

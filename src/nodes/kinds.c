@@ -5,16 +5,17 @@
 
 extern const zs_kind zs_kind_sphere, zs_kind_ellipsoid, zs_kind_box, zs_kind_cylinder,
   zs_kind_cone, zs_kind_torus, zs_kind_capsule, zs_kind_half_space, zs_kind_slab, zs_kind_formula,
-  zs_kind_empty, zs_kind_everything;
-extern const zs_kind zs_kind_circle, zs_kind_rectangle, zs_kind_polygon;
+  zs_kind_gyroid, zs_kind_empty, zs_kind_everything;
+extern const zs_kind zs_kind_circle, zs_kind_ellipse, zs_kind_rectangle, zs_kind_regular_polygon,
+  zs_kind_polygon, zs_kind_half_plane;
 extern const zs_kind zs_kind_extrude, zs_kind_revolve;
 extern const zs_kind zs_kind_union, zs_kind_intersection, zs_kind_difference, zs_kind_complement,
   zs_kind_symmetric_difference;
 extern const zs_kind zs_kind_blend_union, zs_kind_blend_intersection, zs_kind_blend_difference,
   zs_kind_smooth_union, zs_kind_smooth_intersection, zs_kind_smooth_difference;
-extern const zs_kind zs_kind_offset, zs_kind_shell;
+extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_scale_value;
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
-  zs_kind_matrix, zs_kind_twist, zs_kind_taper, zs_kind_map;
+  zs_kind_matrix, zs_kind_twist, zs_kind_taper, zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_variational;
 
 const zs_kind *const zs_kinds[] = {
@@ -28,13 +29,17 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_capsule,
   &zs_kind_half_space,
   &zs_kind_slab,
+  &zs_kind_gyroid,
   &zs_kind_formula,
   &zs_kind_empty,
   &zs_kind_everything,
   /* Shapes */
   &zs_kind_circle,
+  &zs_kind_ellipse,
   &zs_kind_rectangle,
+  &zs_kind_regular_polygon,
   &zs_kind_polygon,
+  &zs_kind_half_plane,
   /* Solids from shapes */
   &zs_kind_extrude,
   &zs_kind_revolve,
@@ -54,6 +59,8 @@ const zs_kind *const zs_kinds[] = {
   /* Function maps */
   &zs_kind_offset,
   &zs_kind_shell,
+  &zs_kind_displace,
+  &zs_kind_scale_value,
   /* Coordinate maps */
   &zs_kind_translate,
   &zs_kind_rotate,
@@ -62,6 +69,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_matrix,
   &zs_kind_twist,
   &zs_kind_taper,
+  &zs_kind_slice,
   &zs_kind_map,
   /* Interpolation and reconstruction */
   &zs_kind_interpolate,

@@ -9,12 +9,16 @@ zs_sources += \
   src/nodes/cone.c \
   src/nodes/constant.c \
   src/nodes/cylinder.c \
+  src/nodes/displace.c \
+  src/nodes/ellipse.c \
   src/nodes/ellipsoid.c \
   src/nodes/emit.c \
   src/nodes/extent.c \
   src/nodes/extent.h \
   src/nodes/extrude.c \
   src/nodes/formula.c \
+  src/nodes/gyroid.c \
+  src/nodes/half_plane.c \
   src/nodes/half_space.c \
   src/nodes/interpolate.c \
   src/nodes/kind.h \
@@ -24,9 +28,11 @@ zs_sources += \
   src/nodes/polygon.c \
   src/nodes/rectangle.c \
   src/nodes/revolve.c \
+  src/nodes/scale_value.c \
   src/nodes/set.c \
   src/nodes/shell.c \
   src/nodes/slab.c \
+  src/nodes/slice.c \
   src/nodes/smooth.c \
   src/nodes/sphere.c \
   src/nodes/taper.c \

@@ -1,3 +1,4 @@
+/* Shapes with straight edges, by the exact distance to them. */
 #include "nodes/common.h"
 
 #include "samples/polygon.h"
@@ -50,29 +51,12 @@ static bool check(const zs_node *node, zs_diag *diag)
   return true;
 }
 
-/* About the middle of its box: single precision is best spent there. */
-static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+/* The distance to a polygon that is centred on `centre`: single precision is
+ * best spent there. */
+static zs_value distance(zs_compiler *compiler, const zs_coordinates *at, const double *points,
+                         size_t count, const double centre[3])
 {
-  const zs_numbers *points = &((const struct polygon *)node->parameters)->points;
-  const double *v = points->values;
-  const size_t count = points->count / 2;
-  double centre[3] = {0, 0, 0};
-  for (int k = 0; k < 2; k++) {
-    double lo = v[k], hi = v[k];
-    for (size_t i = 1; i < count; i++) {
-      lo = fmin(lo, v[2 * i + (size_t)k]);
-      hi = fmax(hi, v[2 * i + (size_t)k]);
-    }
-    centre[k] = lo + (hi - lo) / 2;
-  }
-  zs_arena *arena = zs_compiler_arena(compiler);
-  double *moved = ZS_ARENA_NEW(arena, double, points->count);
-  const zs_polygon *polygon = NULL;
-  if (moved) {
-    for (size_t i = 0; i < points->count; i++)
-      moved[i] = v[i] - centre[i % 2];
-    polygon = zs_polygon_new(arena, moved, count);
-  }
+  const zs_polygon *polygon = zs_polygon_new(zs_compiler_arena(compiler), points, count);
   if (!polygon) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return 0;
@@ -81,6 +65,30 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_emit_operation(compiler, &zs_polygon_operation, polygon,
                            zs_emit_coordinate(compiler, &about, 0),
                            zs_emit_coordinate(compiler, &about, 1), 0);
+}
+
+static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const zs_numbers *points = &((const struct polygon *)node->parameters)->points;
+  const double *v = points->values;
+  const size_t count = points->count / 2;
+  double centre[3] = {0, 0, 0};
+  for (size_t k = 0; k < 2; k++) {
+    double lo = v[k], hi = v[k];
+    for (size_t i = 1; i < count; i++) {
+      lo = fmin(lo, v[2 * i + k]);
+      hi = fmax(hi, v[2 * i + k]);
+    }
+    centre[k] = lo + (hi - lo) / 2;
+  }
+  double *moved = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, points->count);
+  if (!moved) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return 0;
+  }
+  for (size_t i = 0; i < points->count; i++)
+    moved[i] = v[i] - centre[i % 2];
+  return distance(compiler, at, moved, count, centre);
 }
 
 const zs_kind zs_kind_polygon = {
@@ -96,4 +104,53 @@ const zs_kind zs_kind_polygon = {
   .children = ZS_CHILDREN_NONE,
   .check = check,
   .emit = emit,
+};
+
+/* ---- regular-polygon ------------------------------------------------------- */
+
+enum { MOST_SIDES = 1000 };
+
+struct regular_polygon {
+  int sides;
+  double radius;
+};
+
+static const zs_attribute regular_attributes[] = {
+  {.name = "sides",
+   .type = ZS_INTEGER,
+   .offset = offsetof(struct regular_polygon, sides),
+   .initial = NULL,
+   .unit = "1",
+   .range = ZS_RANGE_BETWEEN,
+   .minimum = 3,
+   .maximum = MOST_SIDES,
+   .doc = "number of sides"},
+  ZS_LENGTH(struct regular_polygon, radius, "radius", "1", ZS_RANGE_POSITIVE,
+            "distance of the corners from the origin"),
+};
+
+static zs_value regular_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  static const double origin[3] = {0, 0, 0};
+  const struct regular_polygon *p = node->parameters;
+  double corners[2 * MOST_SIDES];
+  for (int i = 0; i < p->sides; i++) {
+    const double angle = 2 * 3.14159265358979323846 * i / p->sides;
+    corners[2 * i] = p->radius * cos(angle);
+    corners[2 * i + 1] = p->radius * sin(angle);
+  }
+  return distance(compiler, at, corners, (size_t)p->sides, origin);
+}
+
+const zs_kind zs_kind_regular_polygon = {
+  .name = "regular-polygon",
+  .family = ZS_FAMILY_SHAPE,
+  .summary = "a polygon of equal sides about the origin",
+  .doc = "The first corner lies on the x axis.",
+  .trait = "exact distance",
+  .attributes = regular_attributes,
+  .attribute_count = ZS_COUNT_OF(regular_attributes),
+  .parameters_size = sizeof(struct regular_polygon),
+  .children = ZS_CHILDREN_NONE,
+  .emit = regular_emit,
 };

@@ -19,7 +19,8 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   zs_value radius =
     zs_emit(compiler, ZS_FUNCTION_HYPOT, zs_emit_coordinate(compiler, &along, 0),
             zs_emit_coordinate(compiler, &along, 1), 0);
-  radius = zs_emit(compiler, ZS_FUNCTION_SUBTRACT, radius, zs_emit_constant(compiler, p->offset), 0);
+  zs_value offset = zs_emit_constant(compiler, p->offset);
+  radius = zs_emit(compiler, ZS_FUNCTION_SUBTRACT, radius, offset, 0);
   zs_coordinates shape = zs_coordinates_from(radius, zs_emit_coordinate(compiler, &along, 2),
                                              zs_emit_constant(compiler, 0));
   return zs_children_emit(compiler, node, &shape);

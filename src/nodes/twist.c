@@ -34,13 +34,15 @@ static bool check(const zs_node *node, zs_diag *diag)
   if (has_rate)
     return true;
   if (!has_angle)
-    return zs_node_misuse(node, diag, NULL, "'angle' is missing; expected it beside 'from' and 'to'");
+    return zs_node_misuse(node, diag, NULL,
+                          "'angle' is missing; expected it beside 'from' and 'to'");
   return zs_node_check_order(node, diag, "from", &p->from, "to", &p->to, 1);
 }
 
 /* The turn grows evenly from 0 at `from` to `angle` at `to`. */
 #define TURN "let t = rad(angle) * clamp((z - from) / (to - from), 0, 1); "
-static const char *const between[] = {TURN "x * cos(t) + y * sin(t)", TURN "y * cos(t) - x * sin(t)"};
+static const char *const between[] = {TURN "x * cos(t) + y * sin(t)",
+                                      TURN "y * cos(t) - x * sin(t)"};
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {

@@ -114,7 +114,8 @@ static void check_value(const example *e, const float in[3], float out)
   const double size = fabs(in[0]) + fabs(in[1]);
   const double scale = is_r_m(e) ? size * pow(size, e->data.parameter[0])
                                  : size + fabs(e->data.parameter[0]);
-  if (!(fabs(out - expected) <= 1e-20 + 1e-6 * fmax(scale, fabs(expected))) && out != (float)expected)
+  const double tolerance = 1e-20 + 1e-6 * fmax(scale, fabs(expected));
+  if (!(fabs(out - expected) <= tolerance) && out != (float)expected)
     fail_msg("%s (%g, %g, %g): %.9g, expected %.9g", e->operation->name, in[0], in[1], in[2], out,
              expected);
 }
@@ -174,7 +175,8 @@ static void check_gradients(const example *e, const zs_kernels *kernels, uint64_
         y[k] = x[k] + h;
         const double above = e->operation->reference(&e->data, y);
         y[k] = x[k] - h;
-        const double below = e->operation->reference(&e->data, y), slope = (above - below) / (2 * h);
+        const double below = e->operation->reference(&e->data, y);
+        const double slope = (above - below) / (2 * h);
         if (fabs(above - 2 * f + below) > 1e-4 * h * (1 + fabs(slope)))
           continue; /* a kink */
         smooth++;

@@ -74,7 +74,8 @@ static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_att
     set_vector(node, attribute->name, values);
   } else if (attribute->type == ZS_INTEGER) {
     int step = (int)(attribute->maximum - attribute->minimum) + 1;
-    set(node, attribute->name, attribute->minimum + random_below(state, step < 6 ? (unsigned)step : 6));
+    unsigned few = step < 6 ? (unsigned)step : 6;
+    set(node, attribute->name, attribute->minimum + random_below(state, few));
   } else if (attribute->type == ZS_CHOICE) {
     unsigned n = 0;
     while (attribute->choices[n])

@@ -37,7 +37,8 @@ static zs_node *operand(zs_arena *arena, int which)
   return place_at(arena, node, at[which], 30 * which, 1);
 }
 
-static zs_node *join(zs_arena *arena, const char *name, const char *function, zs_node *a, zs_node *b)
+static zs_node *join(zs_arena *arena, const char *name, const char *function, zs_node *a,
+                     zs_node *b)
 {
   zs_node *node = choose(node_named(arena, name), "r-function", function);
   set(set(node, "alpha", 0.6), "m", 2);
@@ -67,7 +68,8 @@ static void check_set_laws(const char *r)
             join(A, "union", r, a, join(A, "union", r, b, c)));
   check_law(SAME_SIGN, "intersection distributes",
             join(A, "intersection", r, a, join(A, "union", r, b, c)),
-            join(A, "union", r, join(A, "intersection", r, a, b), join(A, "intersection", r, a, c)));
+            join(A, "union", r, join(A, "intersection", r, a, b),
+                 join(A, "intersection", r, a, c)));
   check_law(SAME_SIGN, "the solid does not depend on the R-function", join(A, "union", r, a, b),
             join(A, "union", "min-max", a, b));
   zs_node *three = adopt(A, join(A, "difference", r, a, b), c);
@@ -109,11 +111,14 @@ static void test_blend_laws(void **unused)
     zs_node *d = set(choose(node_named(A, "smooth-intersection"), "profile", profiles[i]), "radius",
                      0.4);
     check_law(EQUAL, "smooth difference", s[2], adopt(A, adopt(A, d, a), not(A, b)));
-    zs_node *sharp = set(choose(node_named(A, "smooth-union"), "profile", profiles[i]), "radius", 0);
-    check_law(EQUAL, "no radius", adopt(A, adopt(A, sharp, a), b), join(A, "union", "min-max", a, b));
+    zs_node *sharp = choose(node_named(A, "smooth-union"), "profile", profiles[i]);
+    set(sharp, "radius", 0);
+    check_law(EQUAL, "no radius", adopt(A, adopt(A, sharp, a), b),
+              join(A, "union", "min-max", a, b));
   }
   zs_node *blend = set(node_named(A, "blend-union"), "a0", 0);
-  check_law(EQUAL, "no displacement", adopt(A, adopt(A, blend, a), b), join(A, "union", "r0", a, b));
+  check_law(EQUAL, "no displacement", adopt(A, adopt(A, blend, a), b),
+            join(A, "union", "r0", a, b));
   zs_arena_free(&arena);
 }
 
@@ -148,6 +153,32 @@ static void test_function_maps(void **unused)
                    wrap(A, set(node_named(A, "offset"), "by", outer[i]), ball),
                    wrap(A, set(node_named(A, "offset"), "by", outer[i] - 0.2), ball)));
   }
+  check_law(EQUAL, "scaled there and back",
+            wrap(A, set(node_named(A, "scale-value"), "by", 4),
+                 wrap(A, set(node_named(A, "scale-value"), "by", 0.25), ball)),
+            ball);
+  check_law(SAME_SIGN, "a scaled value is the same solid",
+            wrap(A, set(node_named(A, "scale-value"), "by", 3), ball), ball);
+  /* Displaced by a constant: an offset. */
+  zs_node *constant = set_formula(A, node_named(A, "formula"), "formula", "0.2");
+  check_law(EQUAL, "a constant displacement is an offset",
+            adopt(A, adopt(A, node_named(A, "displace"), ball), constant),
+            wrap(A, set(node_named(A, "offset"), "by", 0.2), ball));
+  zs_arena_free(&arena);
+}
+
+static void test_slice(void **unused)
+{
+  (void)unused;
+  zs_arena arena = {0}, *A = &arena;
+  zs_node *box = set3(node_named(A, "box"), "size", 2, 1, 8);
+  const double size[2] = {2, 1};
+  check_law(EQUAL, "a slice of a box is a rectangle",
+            wrap(A, set(node_named(A, "slice"), "z", 0.5), box),
+            set_vector(node_named(A, "rectangle"), "size", size));
+  check_law(SAME_SIGN, "a slice of a ball is a disc",
+            wrap(A, set(node_named(A, "slice"), "z", 0.6), node_named(A, "sphere")),
+            set(node_named(A, "circle"), "radius", 0.8));
   zs_arena_free(&arena);
 }
 
@@ -161,10 +192,10 @@ static void test_affine_maps(void **unused)
   check_law(EQUAL, "translate", wrap(A, back, wrap(A, there, solid)), solid);
   static const char *const axes[] = {"x", "y", "z"};
   for (int i = 0; i < 3; i++) {
-    zs_node *turn = set3(choose(set(node_named(A, "rotate"), "angle", 35), "axis", axes[i]), "about",
-                         0.2, 0.3, 0.4);
-    zs_node *turn_back = set3(choose(set(node_named(A, "rotate"), "angle", -35), "axis", axes[i]),
-                              "about", 0.2, 0.3, 0.4);
+    zs_node *turn = choose(set(node_named(A, "rotate"), "angle", 35), "axis", axes[i]);
+    zs_node *turn_back = choose(set(node_named(A, "rotate"), "angle", -35), "axis", axes[i]);
+    set3(turn, "about", 0.2, 0.3, 0.4);
+    set3(turn_back, "about", 0.2, 0.3, 0.4);
     check_law(EQUAL, "rotate", wrap(A, turn_back, wrap(A, turn, solid)), solid);
   }
   zs_node *grow = set3(set3(node_named(A, "scale"), "by", 2, 2, 2), "about", 0.1, 0.2, 0.3);
@@ -276,7 +307,8 @@ static void test_deformations(void **unused)
   set_formula(A, set_formula(A, map, "y", "-x*sin(z/2) + y*cos(z/2)"), "value", "f - 0.1");
   zs_node *rate = set(node_named(A, "twist"), "rate", 90 / 3.14159265358979323846);
   zs_node *offset = set(node_named(A, "offset"), "by", -0.1);
-  check_law(EQUAL, "a combined mapping", wrap(A, map, solid), wrap(A, offset, wrap(A, rate, solid)));
+  check_law(EQUAL, "a combined mapping", wrap(A, map, solid),
+            wrap(A, offset, wrap(A, rate, solid)));
   zs_node *rate2 = set(node_named(A, "twist"), "rate", 90 / 3.14159265358979323846);
   zs_node *offset2 = set(node_named(A, "offset"), "by", -0.1);
   check_law(EQUAL, "function and coordinate maps commute", wrap(A, map, solid),
@@ -405,7 +437,8 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_set_laws),     cmocka_unit_test(test_blend_laws),
-    cmocka_unit_test(test_function_maps), cmocka_unit_test(test_affine_maps),
+    cmocka_unit_test(test_function_maps), cmocka_unit_test(test_slice),
+    cmocka_unit_test(test_affine_maps),
     cmocka_unit_test(test_directions),   cmocka_unit_test(test_matrix),
     cmocka_unit_test(test_deformations), cmocka_unit_test(test_placement),
     cmocka_unit_test(test_several_children), cmocka_unit_test(test_sharing),

@@ -96,8 +96,8 @@ static void test_cylinder_and_cone(void **unused)
   CHECK_DISTANCE(cone, {0, 0, 2, 0}, {0, 0, 3, -1}, {3, 0, -2, 0}, {0, 0, -2.5, -0.5},
                  {0, 0, -1.9, 0.1}, {0, 0, 0, 1.2}, {1.5 + 4, 0, 3, -5}, {3, 0, -4, -2},
                  {4, 0, -2, -1});
-  CHECK_DISTANCE(set(set(set(node_named(&arena, "cone"), "radius", 1), "top-radius", 1), "height", 3),
-                 {0, 0, 0, 1}, {0, 0, 1, 0.5}, {2, 0, 0, -1}, {0, 4, 5.5, -5});
+  zs_node *straight = set(set(node_named(&arena, "cone"), "top-radius", 1), "height", 3);
+  CHECK_DISTANCE(straight, {0, 0, 0, 1}, {0, 0, 1, 0.5}, {2, 0, 0, -1}, {0, 4, 5.5, -5});
   CHECK_DISTANCE(choose(set(set(set(node_named(&arena, "cone"), "radius", 0), "top-radius", 3),
                             "height", 4),
                         "axis", "x"),
@@ -139,6 +139,20 @@ static void test_ellipsoid(void **unused)
   zs_arena_free(&arena);
 }
 
+static void test_gyroid(void **unused)
+{
+  (void)unused;
+  zs_arena arena = {0};
+  zs_eval *eval = compiled(set(set(node_named(&arena, "gyroid"), "period", 2), "thickness", 0.3));
+  /* The surface goes through the origin, and repeats. */
+  NEAR(value_at(eval, 0, 0, 0), 0.15);
+  NEAR(value_at(eval, 2, -4, 6), 0.15);
+  NEAR(value_at(eval, 0.1, 0.2, 0.3), value_at(eval, 2.1, 2.2, -1.7));
+  assert_bounded_slope(eval);
+  zs_eval_free(eval);
+  zs_arena_free(&arena);
+}
+
 static void test_shapes(void **unused)
 {
   (void)unused;
@@ -152,6 +166,21 @@ static void test_shapes(void **unused)
   static const double square[] = {0, 0, 2, 0, 2, 1, 0, 1};
   CHECK_DISTANCE(set_numbers(&arena, node_named(&arena, "polygon"), "points", square, 8),
                  {1, 0.5, 9, 0.5}, {-3, -4, 0, -5}, {0.25, 0.5, 0, 0.25});
+  /* A square on its corner. */
+  CHECK_DISTANCE(set(set(node_named(&arena, "regular-polygon"), "sides", 4), "radius", sqrt(2)),
+                 {0, 0, 1, 1}, {0, sqrt(2), 0, 0}, {0.5, 0.5, 0, 1 - sqrt(0.5)},
+                 {1 + sqrt(2), 0, 0, -1});
+  const double normal[2] = {3, 4}, point[2] = {3, 4};
+  CHECK_DISTANCE(set_vector(set_vector(node_named(&arena, "half-plane"), "normal", normal), "point",
+                            point),
+                 {0, 0, 7, 5}, {6, 8, 0, -5}, {-1, 7, 0, 0});
+  const double radii[2] = {2, 0.5};
+  zs_eval *eval = compiled(set_vector(node_named(&arena, "ellipse"), "radii", radii));
+  NEAR(value_at(eval, 2, 0, 3), 0);
+  NEAR(value_at(eval, 0, -0.5, 3), 0);
+  NEAR(value_at(eval, 0, 1, 3), -0.5);
+  assert_bounded_slope(eval);
+  zs_eval_free(eval);
   zs_arena_free(&arena);
 }
 
@@ -266,9 +295,9 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_round_primitives), cmocka_unit_test(test_cylinder_and_cone),
     cmocka_unit_test(test_flat_primitives),  cmocka_unit_test(test_ellipsoid),
-    cmocka_unit_test(test_shapes),           cmocka_unit_test(test_extrude),
-    cmocka_unit_test(test_revolve),          cmocka_unit_test(test_interpolate),
-    cmocka_unit_test(test_formula),
+    cmocka_unit_test(test_gyroid),           cmocka_unit_test(test_shapes),
+    cmocka_unit_test(test_extrude),          cmocka_unit_test(test_revolve),
+    cmocka_unit_test(test_interpolate),      cmocka_unit_test(test_formula),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
