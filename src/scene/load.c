@@ -471,8 +471,8 @@ static bool check_range(const zs_scene_parameter_state *parameter, double value,
   zs_number_format(most, hi);
   const char *name = parameter->at.name;
   if (isnan(lo))
-    return zs_report(diag, ZS_ERROR, status, place, NULL, "%s = %s is too large; expected at most %s",
-                     name, seen, most);
+    return zs_report(diag, ZS_ERROR, status, place, NULL,
+                     "%s = %s is too large; expected at most %s", name, seen, most);
   if (isnan(hi))
     return zs_report(diag, ZS_ERROR, status, place, NULL,
                      "%s = %s is too small; expected at least %s", name, seen, least);

@@ -27,7 +27,7 @@ typedef struct term {
   size_t length;
   size_t offset;                   /* of the expression in the value */
   const zs_expression *expression;
-  struct term *next;
+  const struct term *next;
 } term;
 
 /* A value as a list of numbers, some of which are known only when evaluated. */
@@ -148,6 +148,11 @@ static bool is_space(char c)
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
+static bool is_letter(char c)
+{
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
 static size_t skip_space(const char *text, size_t at, size_t length)
 {
   while (at < length && is_space(text[at]))
@@ -198,26 +203,27 @@ static size_t parse_braces(const input *in, size_t at, term *t)
   return end + 1;
 }
 
-/* Read a plain number at `at`; returns what is behind it, or 0. */
-static size_t parse_plain(const input *in, size_t at, double *number)
+/* Read a plain number at `at`, the `index`-th of the list; returns what is
+ * behind it, or 0. */
+static size_t parse_plain(const input *in, size_t at, size_t index, double *number)
 {
-  const char *text = in->written->value;
+  const char *text = in->written->value, *problem = NULL, *hint = NULL;
   size_t length = in->written->length, word = word_length(text, at, length);
   size_t n = zs_number_parse(text + at, word, number);
-  bool unit = n > 0 && n < word && at + word <= length;
-  if (n == 0 || n < word || (at + n < length && text[at + n] == '{')) {
-    if (word == 0)
-      word = length - at < SHOWN ? length - at : SHOWN;
-    fail(in, at, ZS_ERROR_SYNTAX,
-         unit ? "numbers have no unit; lengths are in the scene's units" : NULL, text + at, word,
-         "is not a number");
-    return 0;
+  if (n == 0 || n < word) {
+    problem = "is not a number";
+    /* "3mm" or "3 mm" */
+    if (word > n && is_letter(text[at + n]) && (n > 0 || index > 0))
+      hint = "numbers have no unit; lengths are in the scene's units";
+  } else if (isinf(*number)) {
+    problem = "is too large";
+  } else if (at + n < length && text[at + n] == '{') {
+    problem = "has no space before '{'";
   }
-  if (isinf(*number)) {
-    fail(in, at, ZS_ERROR_SYNTAX, NULL, text + at, word, "is too large");
-    return 0;
-  }
-  return at + n;
+  if (!problem)
+    return at + n;
+  fail(in, at, ZS_ERROR_SYNTAX, hint, text + at, word ? word : length - at, problem);
+  return 0;
 }
 
 /* Count what is at most the number of terms. */
@@ -248,9 +254,9 @@ static bool parse_list(const input *in, terms *list)
       at = parse_braces(in, at, t);
       t->index = list->count;
       *tail = t;
-      tail = (const term **)&t->next;
+      tail = &t->next;
     } else {
-      at = parse_plain(in, at, &list->numbers[list->count]);
+      at = parse_plain(in, at, list->count, &list->numbers[list->count]);
     }
     if (at == 0)
       return false;
@@ -331,7 +337,8 @@ static bool fail_name(const zs_reading *reading, const zs_place *place, const ch
                       bool coordinates)
 {
   char hint[128];
-  const char *near = suggest_name(reading, name, coordinates);
+  /* Any letter is near another one. */
+  const char *near = name[1] ? suggest_name(reading, name, coordinates) : NULL;
   if (near)
     snprintf(hint, sizeof hint, "did you mean '%s'?", near);
   bool later = zs_names_find(&reading->scene->parameter_names, name, strlen(name));
@@ -648,6 +655,7 @@ static bool read_formula(const input *in, zs_formula *field)
 
 static bool read_text_formula(const input *in, zs_formula *field)
 {
+  /* What has been parsed is remembered by an element that does not change else. */
   zs_element *e = (zs_element *)in->element;
   const zs_expression *expression = expression_of(in, e->text, e->text_length, &e->parsed);
   return expression && bind_formula(in, expression, field);

@@ -228,13 +228,9 @@ static void report_libxml(reader *r, const xmlError *error)
 {
   size_t offset = position(r);
   const char *word = error->str1 ? error->str1 : "";
-  if (is_blank(r->source->text + offset, r->source->length - offset) &&
-      (r->open || error->code != XML_ERR_TAG_NAME_MISMATCH) && error->code != XML_ERR_DOCUMENT_END) {
-    /* Whatever was expected is missing because the text is over. */
-    if (error->code == XML_ERR_TAG_NAME_MISMATCH)
-      report_mismatch(r, offset, error);
-    else
-      report_end(r);
+  bool over = is_blank(r->source->text + offset, r->source->length - offset);
+  if (over && error->code != XML_ERR_TAG_NAME_MISMATCH && error->code != XML_ERR_DOCUMENT_END) {
+    report_end(r); /* whatever else was expected: the text is over */
     return;
   }
   switch (error->code) {
@@ -380,6 +376,21 @@ static void stop_for_depth(reader *r, const zs_element *element)
   stop(r);
 }
 
+/* Make an element the innermost open one. */
+static void open_element(reader *r, zs_element *element)
+{
+  zs_element *parent = r->open;
+  if (!parent)
+    r->root = element;
+  else if (parent->last)
+    parent->last->next = element;
+  else
+    parent->first = element;
+  if (parent)
+    parent->last = element;
+  r->open = element;
+}
+
 static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, const xmlChar *uri,
                      int namespace_count, const xmlChar **namespaces, int attribute_count,
                      int defaulted, const xmlChar **attributes)
@@ -420,15 +431,7 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
     stop_for_memory(r);
     return;
   }
-  if (!r->open)
-    r->root = element;
-  else if (r->open->last)
-    r->open->last->next = element;
-  else
-    r->open->first = element;
-  if (r->open)
-    r->open->last = element;
-  r->open = element;
+  open_element(r, element);
 }
 
 /* Join an element's runs of text. */

@@ -134,7 +134,8 @@ static void test_errors(void **state)
   zs_output output;
   zs_diag diag = {.report = keep};
   assert_false(zs_output_open(&output, "no/such/folder.txt", &diag));
-  assert_string_equal(message, "3 no/such/folder.txt: cannot be created: No such file or directory");
+  assert_string_equal(message,
+                      "3 no/such/folder.txt: cannot be created: No such file or directory");
   assert_null(output.stream);
   assert_int_equal(mkdir("sub", 0700), 0);
   assert_false(zs_output_open(&output, "sub", &diag));

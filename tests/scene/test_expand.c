@@ -355,8 +355,8 @@ static void test_nested_repeat(void **state)
 {
   (void)state;
   expanded e;
-  expand(&e, "<scene><union><box/><repeat for='i' from='0' to='4'><repeat for='j' from='1' to='{i}'>"
-             "<sphere radius='{10 * i + j}'/></repeat></repeat></union></scene>");
+  expand(&e, "<scene><union><box/><repeat for='i' from='0' to='4'>"
+             "<repeat for='j' from='1' to='{i}'><sphere radius='{10 * i + j}'/></repeat></repeat></union></scene>");
   const zs_node *root = e.tree.root;
   assert_int_equal(root->child_count, 1 + 1 + 2 + 3 + 4);
   size_t k = 1;
@@ -495,7 +495,8 @@ static void test_errors_of_new_values(void **state)
   (void)state;
   expanded e;
   load(&e, "<scene><param name='r' value='3'/><union><sphere radius='{r}'/>"
-           "<repeat for='i' from='1' to='1000'><sphere radius='{r - 1}'/></repeat></union></scene>");
+           "<repeat for='i' from='1' to='1000'><sphere radius='{r - 1}'/></repeat>"
+           "</union></scene>");
   assert_true(zs_scene_set(e.scene, "r", 1, &e.diag));
   assert_false(zs_scene_expand(e.scene, NULL, &e.arena, &e.tree, &e.diag));
   assert_int_equal(e.diag.errors, 1); /* of a thousand equal ones */

@@ -68,7 +68,8 @@ static void assert_load(const zs_scene_options *options, const char *expected)
 static void test_names_are_relative_to_the_file(void **state)
 {
   (void)state;
-  write_file("scene/main.xml", "<scene><include href='parts/a.xml'/><sphere radius='{r}'/></scene>");
+  write_file("scene/main.xml",
+             "<scene><include href='parts/a.xml'/><sphere radius='{r}'/></scene>");
   write_file("scene/parts/a.xml", "<scene><include href='b.xml'/><include href='../parts/c.xml'/>"
                                   "<param name='r' value='{q + 1}'/></scene>");
   write_file("scene/parts/b.xml", "<scene><param name='q' value='1'/></scene>");
@@ -88,7 +89,8 @@ static void test_files_are_read_once(void **state)
 {
   (void)state;
   write_file("scene/main.xml", "<scene><include href='parts/a.xml'/><include href='parts/b.xml'/>"
-                               "<include href='./parts/../parts/c.xml'/><use object='ball'/></scene>");
+                               "<include href='./parts/../parts/c.xml'/>"
+                               "<use object='ball'/></scene>");
   write_file("scene/parts/a.xml", "<scene><include href='c.xml'/></scene>");
   write_file("scene/parts/b.xml", "<scene><include href='c.xml'/></scene>");
   write_file("scene/parts/c.xml", "<scene>" BALL "</scene>");

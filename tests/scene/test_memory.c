@@ -53,13 +53,15 @@ void *__wrap_aligned_alloc(size_t alignment, size_t size)
 /* ---- Tests --------------------------------------------------------------- */
 
 static const char text[] =
-  "<scene units='mm'><param name='a' value='{1 + 1}' min='0' doc='size'/><param name='b' value='3'/>"
+  "<scene units='mm'><param name='a' value='{1 + 1}' min='0' doc='size'/>"
+  "<param name='b' value='3'/>"
   "<define name='ball'><argument name='r'/><sphere radius='{r}'/></define>"
   "<view id='v' eye='1 2 3'/><domain min='-9 -9 -9' max='9 9 9'/>"
   "<object id='one'><union><instance of='ball' r='{a * b}' at='1 0 0'/>"
   "<repeat for='i' from='1' to='20'><box size='{i}' rotate='{i} 0 0'/></repeat></union></object>"
   "<object id='two'><smooth-union><use object='one'/><use object='one' at='0 0 1'/>"
-  "<formula>let q = a * x; 1 - hypot(q, y, z) + (x &lt; 0 ? 1 : 2)</formula></smooth-union></object>"
+  "<formula>let q = a * x; 1 - hypot(q, y, z) + (x &lt; 0 ? 1 : 2)</formula>"
+  "</smooth-union></object>"
   "</scene>";
 
 /* Fail the n-th allocation of loading, for every n, until there are fewer. */
