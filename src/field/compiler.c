@@ -7,6 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* An instruction in the table.  With its hash beside it, most instructions that
+ * are not the one looked for need not be fetched. */
+typedef struct entry {
+  uint32_t hash;
+  uint32_t number; /* index + 1; 0: free */
+} entry;
+
 struct zs_compiler {
   zs_diag *diag;
   const zs_control *control;
@@ -16,9 +23,8 @@ struct zs_compiler {
   bool failed;     /* memory is out */
   zs_instruction *instructions;
   uint32_t count, capacity;
-  /* Equal instructions are emitted once: an open-addressing table of their
-   * indices + 1. */
-  uint32_t *table;
+  /* Equal instructions are emitted once, found by an open-addressing table. */
+  entry *table;
   uint32_t table_size;
   size_t fit_capacity;
 };
@@ -64,13 +70,30 @@ static bool equal(const zs_instruction *a, const zs_instruction *b)
 }
 
 /* The place of an instruction in the table, or the free one it would take. */
-static uint32_t *find(const zs_compiler *c, const zs_instruction *instruction)
+static entry *find(const zs_compiler *c, const zs_instruction *instruction, uint32_t hash)
 {
-  uint32_t mask = c->table_size - 1;
-  uint32_t at = (uint32_t)hash_of(instruction) & mask;
-  while (c->table[at] && !equal(&c->instructions[c->table[at] - 1], instruction))
+  const uint32_t mask = c->table_size - 1;
+  uint32_t at = hash & mask;
+  while (c->table[at].number &&
+         (c->table[at].hash != hash || !equal(&c->instructions[c->table[at].number - 1], instruction)))
     at = (at + 1) & mask;
   return &c->table[at];
+}
+
+/* Move the entries to a table of another size. */
+static void rehash(zs_compiler *c, entry *table, uint32_t size)
+{
+  for (uint32_t i = 0; i < c->table_size; i++) {
+    if (!c->table[i].number)
+      continue;
+    uint32_t at = c->table[i].hash & (size - 1);
+    while (table[at].number)
+      at = (at + 1) & (size - 1);
+    table[at] = c->table[i];
+  }
+  free(c->table);
+  c->table = table;
+  c->table_size = size;
 }
 
 static bool grow(zs_compiler *c)
@@ -82,15 +105,11 @@ static bool grow(zs_compiler *c)
   if (!instructions)
     return false;
   c->instructions = instructions;
-  uint32_t *table = calloc(2 * (size_t)capacity, sizeof *table);
+  entry *table = calloc(2 * (size_t)capacity, sizeof *table);
   if (!table)
     return false;
-  free(c->table);
-  c->table = table;
-  c->table_size = 2 * capacity;
+  rehash(c, table, 2 * capacity);
   c->capacity = capacity;
-  for (uint32_t i = ZS_COORDINATES; i < c->count; i++)
-    *find(c, &c->instructions[i]) = i + 1;
   return true;
 }
 
@@ -102,9 +121,10 @@ static zs_value append(zs_compiler *c, zs_instruction instruction)
     c->failed = true;
     return 0;
   }
-  uint32_t *place = find(c, &instruction);
-  if (*place)
-    return *place - 1;
+  const uint32_t hash = (uint32_t)hash_of(&instruction);
+  entry *place = find(c, &instruction, hash);
+  if (place->number)
+    return place->number - 1;
   size_t size = instruction.operation->data_size;
   if (size) {
     void *copy = zs_arena_alloc(&c->field->arena, 1, size);
@@ -115,7 +135,7 @@ static zs_value append(zs_compiler *c, zs_instruction instruction)
     instruction.data = memcpy(copy, instruction.data, size);
   }
   c->instructions[c->count] = instruction;
-  *place = ++c->count;
+  *place = (entry){hash, ++c->count};
   return c->count - 1;
 }
 
