@@ -1,4 +1,4 @@
-#include "nodes/kind.h"
+#include "nodes/extent.h"
 
 struct scale_value {
   double by;
@@ -18,4 +18,5 @@ const zs_kind zs_kind_scale_value = {
   .parameters_size = sizeof(struct scale_value),
   .children = ZS_CHILDREN_ONE,
   .formula = "f * by",
+  .box = zs_box_of_union,
 };

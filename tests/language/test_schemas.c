@@ -107,6 +107,7 @@ static const struct {
   {"extrude", "height", "1"},
   {"matrix", "values", "1 0 0 0 0 1 0 0 0 0 1 0"},
   {"polygon", "points", "0 0 1 0 0 1"},
+  {"regular-polygon", "sides", "5"},
   {"slab", "min", "0"},
   {"slab", "max", "1"},
   {"twist", "rate", "1"},

@@ -74,11 +74,18 @@ static inline int choice_index(const zs_attribute *attribute, const char *choice
   return -1;
 }
 
+/* Whether the default is a word that stands for a number. */
+static inline bool is_word(const zs_attribute *attribute)
+{
+  return attribute->type == ZS_NUMBER && attribute->choices && attribute->initial &&
+         choice_index(attribute, attribute->initial) >= 0;
+}
+
 static inline void set_default(zs_node *node, const zs_attribute *attribute)
 {
   void *field = field_of(node, attribute);
   const int count = components(attribute);
-  if (!attribute->initial || !*attribute->initial) {
+  if (!attribute->initial || !*attribute->initial || is_word(attribute)) {
     for (int i = 0; i < count; i++)
       ((double *)field)[i] = NAN;
     return;
