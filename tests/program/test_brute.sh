@@ -15,6 +15,8 @@ for scene in "$top_srcdir"/scenes/*.xml; do
   name=$(basename "$scene" .xml)
   run_case "$name: occupancy" same inside.raw "$ZEROSET" voxel "$scene" --resolution 48 \
     --quantity inside --type u8
+  # A run of the bunny begins with a fit, which takes longer than all else here.
+  [ "$name" != bunny ] || continue
   run_case "$name: slice" same cut.png "$ZEROSET" slice "$scene" --axis y --at 0 --size 192x192 \
     --quantity inside
 done

@@ -16,6 +16,8 @@ same() {
 for scene in "$top_srcdir"/scenes/*.xml; do
   name=$(basename "$scene" .xml)
   run_case "$name: mesh" same mesh.ply "$ZEROSET" mesh "$scene" --resolution 48
+  # A run of the bunny begins with a fit, which takes longer than all else here.
+  [ "$name" != bunny ] || continue
   run_case "$name: values" same value.raw "$ZEROSET" voxel "$scene" --resolution 40
   run_case "$name: occupancy" same inside.raw "$ZEROSET" voxel "$scene" --resolution 40 \
     --quantity inside --type u8
