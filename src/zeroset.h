@@ -258,6 +258,7 @@ typedef struct zs_mesh_options {
   zs_mesh_method method;
   bool normals;     /* unit vertex normals pointing out of the solid; true */
   bool cap;         /* close the surface where it meets the grid's faces; true */
+  bool creases;     /* vertices on sharp edges and corners, not only on the lattice; true */
   double tolerance; /* vertices lie this close to f = 0, in units of the grid's
                        longest side; 1e-6 */
 } zs_mesh_options;

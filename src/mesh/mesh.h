@@ -19,6 +19,10 @@ struct zs_mesh {
  * when memory is out or there are more vertices than indices can tell apart. */
 zs_mesh *zs_mesh_new(size_t vertex_count, size_t triangle_count, bool normals, zs_diag *diag);
 
+/* Change the numbers of elements; what is new is not filled in.  False after
+ * reporting; the mesh is then good for zs_mesh_free alone. */
+bool zs_mesh_resize(zs_mesh *mesh, size_t vertex_count, size_t triangle_count, zs_diag *diag);
+
 /* Read .stl .ply .obj .off or .om by the name's ending.  Nothing is mended or
  * left out: polygons become fans of triangles, coinciding corners of an STL
  * file one vertex.  A file may hold vertices alone.  Normals are as in the

@@ -129,41 +129,50 @@ static void plan_loop(const uint8_t *loop, unsigned n, plan *best)
     }
 }
 
-/* Loops run clockwise seen from outside the solid: turn the triangles round. */
 static void emit(const uint8_t *loop, const plan *best, unsigned i, unsigned j, zs_cell_case *cell)
 {
   if (j - i < 2)
     return;
   unsigned k = best->apex[i][j];
-  uint8_t *triangle = &cell->edges[3 * cell->triangle_count++];
+  uint8_t *triangle = &cell->triangles[3 * cell->triangle_count++];
   triangle[0] = loop[i];
-  triangle[1] = loop[j];
-  triangle[2] = loop[k];
+  triangle[1] = loop[k];
+  triangle[2] = loop[j];
   emit(loop, best, i, k, cell);
   emit(loop, best, k, j, cell);
 }
 
+/* Take the loop that begins at an edge out of `next`.  It runs clockwise seen
+ * from outside the solid, so it is listed backwards. */
+static unsigned take_loop(uint8_t next[ZS_CELL_EDGES], unsigned edge, uint8_t loop[LONGEST_LOOP])
+{
+  unsigned n = 0;
+  for (unsigned at = edge; next[at] != NONE; n++) {
+    unsigned after = next[at];
+    memmove(loop + 1, loop, n);
+    loop[0] = (uint8_t)at;
+    next[at] = NONE;
+    at = after;
+  }
+  return n;
+}
+
 static void make_case(unsigned inside, zs_cell_case *cell)
 {
-  uint8_t next[ZS_CELL_EDGES];
+  uint8_t next[ZS_CELL_EDGES], *loop = cell->loops;
   memset(next, NONE, sizeof next);
   for (unsigned axis = 0; axis < 3; axis++)
     for (unsigned side = 0; side < 2; side++)
       cut_face(inside, axis, side, next);
   for (unsigned edge = 0; edge < ZS_CELL_EDGES; edge++) {
-    uint8_t loop[LONGEST_LOOP];
-    unsigned n = 0;
-    for (unsigned at = edge; next[at] != NONE;) {
-      unsigned after = next[at];
-      loop[n++] = (uint8_t)at;
-      next[at] = NONE;
-      at = after;
-    }
-    if (n) {
-      plan best;
-      plan_loop(loop, n, &best);
-      emit(loop, &best, 0, n - 1, cell);
-    }
+    unsigned n = take_loop(next, edge, loop);
+    if (!n)
+      continue;
+    plan best;
+    plan_loop(loop, n, &best);
+    emit(loop, &best, 0, n - 1, cell);
+    cell->loop_lengths[cell->loop_count++] = (uint8_t)n;
+    loop += n;
   }
 }
 

@@ -8,11 +8,16 @@
  * that it is inside.  Edge e runs along axis e / 4; with u and v the two axes
  * that follow it in cyclic order, bit 0 of e % 4 is its place along u and bit 1
  * along v. */
-enum { ZS_CELL_CORNERS = 8, ZS_CELL_EDGES = 12, ZS_CELL_CASES = 256, ZS_CELL_TRIANGLES = 5 };
+enum { ZS_CELL_EDGES = 12, ZS_CELL_CASES = 256, ZS_CELL_TRIANGLES = 5, ZS_CELL_LOOPS = 4 };
 
+/* The surface in a cell: closed loops of edges, each cut into two triangles less
+ * than it has edges.  Loops and triangles run counter-clockwise seen from
+ * outside the solid; the triangles of one loop follow those of the one before. */
 typedef struct zs_cell_case {
-  uint8_t triangle_count;
-  uint8_t edges[3 * ZS_CELL_TRIANGLES]; /* counter-clockwise seen from outside the solid */
+  uint8_t triangle_count, loop_count;
+  uint8_t triangles[3 * ZS_CELL_TRIANGLES]; /* edges */
+  uint8_t loop_lengths[ZS_CELL_LOOPS];
+  uint8_t loops[ZS_CELL_EDGES]; /* the edges of the loops, one loop after the other */
 } zs_cell_case;
 
 typedef struct zs_contour_table {

@@ -12,6 +12,10 @@ zs_sources += \
   src/output/polygonize.c \
   src/output/polygonize.h \
   src/output/polygonize_cells.c \
+  src/output/polygonize_creases.c \
+  src/output/polygonize_distinct.c \
+  src/output/polygonize_roots.c \
+  src/output/polygonize_roots.h \
   src/output/polygonize_sample.c \
   src/output/polygonize_vertices.c \
   src/output/outline.c \

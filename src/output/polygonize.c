@@ -1,8 +1,9 @@
 /* The polygonizer: a closed, oriented, manifold mesh of f = 0 in a grid.
  *
- * Method `contour`: cells of a lattice, a derived table of their triangles and
- * certified roots on their edges.  The order of vertices and triangles depends
- * on the lattice alone, so that any number of threads gives the same mesh. */
+ * Method `contour`: cells of a lattice, a derived table of their triangles,
+ * certified roots on their edges, and further vertices on sharp edges.  The order
+ * of vertices and triangles depends on the lattice alone, so that any number of
+ * threads gives the same mesh. */
 #include "output/polygonize.h"
 
 #include "base/diagnostic.h"
@@ -21,7 +22,7 @@ static const double FINEST_TOLERANCE = 1e-7, COARSEST_TOLERANCE = 0.01;
 void zs_mesh_options_init(zs_mesh_options *options)
 {
   *options = (zs_mesh_options){
-    .method = ZS_MESH_CONTOUR, .normals = true, .cap = true, .tolerance = 1e-6};
+    .method = ZS_MESH_CONTOUR, .normals = true, .cap = true, .creases = true, .tolerance = 1e-6};
 }
 
 unsigned zs_polygonize_thread(void)
@@ -31,6 +32,42 @@ unsigned zs_polygonize_thread(void)
 #else
   return 0;
 #endif
+}
+
+/* Bounds that decide a range of bricks are of interest to the first stage. */
+static void ignore_uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside)
+{
+  (void)visitor;
+  (void)lo;
+  (void)hi;
+  (void)inside;
+}
+
+/* Pads lie on the grid's faces; for the walk they lie where they would as cells,
+ * which makes the outermost bricks a little larger than they have to be. */
+bool zs_polygonize_walk(zs_polygonize_job *job, const char *stage, double progress_from,
+                        double progress_to,
+                        void (*brick)(void *, unsigned, const uint32_t[3], zs_eval *,
+                                      const zs_program *),
+                        void (*uniform)(void *, const uint32_t[3], const uint32_t[3], bool))
+{
+  zs_walk walk = {
+    .field = job->field,
+    .request = ZS_REQUEST_GRADIENT,
+    .control = job->control,
+    .stage = stage,
+    .progress_from = progress_from,
+    .progress_to = progress_to,
+    .visitor = job,
+    .uniform = uniform ? uniform : ignore_uniform,
+    .brick = brick,
+  };
+  for (int k = 0; k < 3; k++) {
+    walk.lo[k] = job->lo[k] - job->cell[k];
+    walk.size[k] = job->cell[k] * ZS_BRICK;
+    walk.count[k] = job->bricks[k];
+  }
+  return zs_walk_run(&walk, job->diag);
 }
 
 /* ---- Setting up ----------------------------------------------------------------- */
@@ -140,7 +177,7 @@ static bool number(zs_polygonize_job *job, const zs_contour_table *table)
   }
   if (!job->triangle_count)
     return fail_empty(job);
-  double bytes = (double)job->vertex_count * (job->normals ? 24 : 12) +
+  double bytes = (double)job->vertex_count * (job->normals || job->creases ? 24 : 12) +
                  (double)job->triangle_count * 12;
   return use_bytes(job, bytes);
 }
@@ -238,15 +275,22 @@ static bool run(zs_polygonize_job *job, double *evaluated)
   zs_contour_table_make(&table);
   if (!allocate_table(job) || !zs_polygonize_sample(job) || !number(job, &table))
     return false;
-  job->mesh = zs_mesh_new(job->vertex_count, job->triangle_count, job->normals, job->diag);
+  job->mesh = zs_mesh_new(job->vertex_count, job->triangle_count, job->normals || job->creases,
+                          job->diag);
   if (!job->mesh || !zs_polygonize_vertices(job))
+    return false;
+  if (job->creases && !zs_polygonize_creases(job, &table))
     return false;
   *evaluated = zs_seconds();
   if (!zs_polygonize_triangles(job, &table))
     return false;
-  if (job->normals && !mend_normals(job->mesh))
+  if (!job->normals) {
+    free(job->mesh->normals);
+    job->mesh->normals = NULL;
+  } else if (!mend_normals(job->mesh)) {
     return zs_fail_memory(job->diag);
-  return report_progress(job, "vertices", 1);
+  }
+  return report_progress(job, "triangles", 1);
 }
 
 static void finish(zs_polygonize_job *job, zs_job_report *report)
@@ -282,6 +326,7 @@ zs_mesh *zs_polygonize(zs_field *field, const zs_grid *grid, const zs_mesh_optio
                              .diag = diag,
                              .cap = options->cap,
                              .normals = options->normals,
+                             .creases = options->creases,
                              .threads = zs_control_threads(control)};
   set_lattice(job, grid, options->tolerance);
   zs_job_report done = {0};

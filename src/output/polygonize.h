@@ -29,6 +29,15 @@ typedef struct zs_moved {
   float offset[3]; /* from the lattice */
 } zs_moved;
 
+/* A vertex inside a cell, on a sharp edge or corner of the surface (see
+ * polygonize_creases.c). */
+typedef struct zs_crease {
+  uint16_t cell;   /* 256 z + 16 y + x in its brick */
+  uint16_t edges;  /* of the loop that it belongs to, one bit each; 0: given up */
+  float place[3];  /* in the brick's frame */
+  float normal[3]; /* out of the solid */
+} zs_crease;
+
 typedef struct zs_brick zs_brick;
 struct zs_brick {
   uint32_t index[3];
@@ -42,6 +51,9 @@ struct zs_brick {
   /* Values at the ends of the crossing edges that lie in the brick, inner end
    * first, in order of row, axis and x; NULL when not known. */
   const float (*ends)[2];
+  zs_crease *creases; /* in ascending order of cells */
+  uint32_t crease_count;
+  size_t first_crease; /* the vertex of the first one */
   bool sampled; /* false: bounds know that all of it is inside */
 };
 
@@ -57,7 +69,7 @@ typedef struct zs_polygonize_job {
   zs_field *field;
   const zs_control *control;
   zs_diag *diag;
-  bool cap, normals;
+  bool cap, normals, creases;
   unsigned threads;
   double tolerance;  /* of vertices, in scene units */
   double apart;      /* least distance of a vertex from the ends of its edge */
@@ -69,7 +81,7 @@ typedef struct zs_polygonize_job {
   const zs_brick **table;
   zs_brick outside, inside;
   zs_brick **active; /* bricks that hold data of their own, in order of the table */
-  size_t active_count, vertex_count, triangle_count;
+  size_t active_count, vertex_count, triangle_count; /* creases included once known */
   zs_polygonize_worker *workers;
   zs_mesh *mesh;
   uint64_t used_bytes; /* working memory besides the workers' arenas */
@@ -121,10 +133,18 @@ const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t in
  * place of corner 8, where it would be without pads. */
 zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick);
 
-/* ---- Stages ------------------------------------------------------------------- */
+/* ---- Cells -------------------------------------------------------------------- */
 
-/* Find the bricks that hold surface and sample them.  False after reporting. */
-bool zs_polygonize_sample(zs_polygonize_job *job);
+enum {
+  ZS_REACH_PLANE = ZS_REACH * ZS_REACH,
+  ZS_REACH_CORNERS = ZS_REACH_PLANE * ZS_REACH
+};
+
+/* Place of a local corner in arrays of ZS_REACH_CORNERS. */
+static inline size_t zs_reach_offset(unsigned x, unsigned y, unsigned z)
+{
+  return (size_t)z * ZS_REACH_PLANE + (size_t)y * ZS_REACH + x;
+}
 
 /* Signs of a brick's corners and those of its upper neighbours: bit x of
  * rows[z][y]. */
@@ -132,12 +152,65 @@ typedef uint32_t zs_brick_rows[ZS_REACH][ZS_REACH];
 void zs_brick_gather_signs(const zs_polygonize_job *job, const zs_brick *brick,
                            zs_brick_rows rows);
 
+/* Vertex numbers by axis, then start of their edge; only those of crossing edges
+ * are ever written and read. */
+typedef uint32_t zs_edge_numbers[3 * ZS_REACH_CORNERS];
+void zs_brick_number_edges(const zs_polygonize_job *job, const zs_brick *brick,
+                           zs_edge_numbers numbers);
+
+/* Places of a cell's edges in zs_edge_numbers, less zs_reach_offset of the
+ * cell's first corner. */
+void zs_cell_edge_offsets(size_t offsets[ZS_CELL_EDGES]);
+
+/* Bits x of the cells of a row that have triangles. */
+uint32_t zs_brick_active_cells(const zs_polygonize_job *job, const zs_brick *brick,
+                               const zs_brick_rows rows, unsigned y, unsigned z);
+/* Whether a cell lies between the grid's face and its pads. */
+bool zs_brick_is_pad_cell(const zs_polygonize_job *job, const zs_brick *brick, unsigned x,
+                          unsigned y, unsigned z);
+static inline unsigned zs_brick_cell_case(const zs_brick_rows rows, unsigned x, unsigned y,
+                                          unsigned z)
+{
+  return (rows[z][y] >> x & 3) | (rows[z][y + 1] >> x & 3) << 2 | (rows[z + 1][y] >> x & 3) << 4 |
+         (rows[z + 1][y + 1] >> x & 3) << 6;
+}
+
+/* ---- Stages ------------------------------------------------------------------- */
+
+/* Walk over the bricks; `uniform` may be NULL.  False after reporting. */
+bool zs_polygonize_walk(zs_polygonize_job *job, const char *stage, double progress_from,
+                        double progress_to,
+                        void (*brick)(void *, unsigned, const uint32_t[3], zs_eval *,
+                                      const zs_program *),
+                        void (*uniform)(void *, const uint32_t[3], const uint32_t[3], bool));
+
+/* Find the bricks that hold surface and sample them.  False after reporting. */
+bool zs_polygonize_sample(zs_polygonize_job *job);
+
 /* Find the edges with vertices and count the triangles. */
 void zs_polygonize_count(const zs_polygonize_job *job, const zs_contour_table *table,
                          zs_brick *brick);
 
 /* Find vertices and normals.  False after reporting. */
 bool zs_polygonize_vertices(zs_polygonize_job *job);
+
+/* Find vertices on sharp edges and corners.  False after reporting. */
+bool zs_polygonize_creases(zs_polygonize_job *job, const zs_contour_table *table);
+
+/* Give up creases at the place of another vertex.  False after reporting. */
+bool zs_polygonize_distinct(zs_polygonize_job *job);
+
+/* Take creases without edges out of a brick's list. */
+void zs_brick_compact_creases(zs_brick *brick);
+
+/* The vertex of a crease whose loop joins the two given edges of a cell, or
+ * false when there is none.  The cell may lie in a neighbour of the brick: its
+ * coordinates are -1 .. 16. */
+bool zs_crease_find(const zs_polygonize_job *job, const zs_brick *brick, const int cell[3],
+                    unsigned edges, uint32_t *vertex);
+
+/* Whether two unit normals are those of different sides of a sharp edge. */
+bool zs_crease_between(const float a[3], const float b[3]);
 
 /* Write the triangles.  False after reporting. */
 bool zs_polygonize_triangles(zs_polygonize_job *job, const zs_contour_table *table);

@@ -373,30 +373,14 @@ static void visit_uniform(void *visitor, const uint32_t lo[3], const uint32_t hi
         job->table[table_place(job, at)] = &job->inside;
 }
 
-static bool walk(zs_polygonize_job *job)
+static bool sample(zs_polygonize_job *job)
 {
-  zs_walk w = {
-    .field = job->field,
-    .request = ZS_REQUEST_GRADIENT,
-    .control = job->control,
-    .stage = "sample",
-    .progress_from = 0,
-    .progress_to = 0.5,
-    .visitor = job,
-    .uniform = visit_uniform,
-    .brick = visit_brick,
-  };
-  for (int k = 0; k < 3; k++) {
-    w.lo[k] = job->lo[k] - job->cell[k];
-    w.size[k] = job->cell[k] * ZS_BRICK;
-    w.count[k] = job->bricks[k];
-  }
   sampler *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
   if (!scratch)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++)
     job->workers[t].scratch = &scratch[t];
-  bool done = zs_walk_run(&w, job->diag);
+  bool done = zs_polygonize_walk(job, "sample", 0, 0.5, visit_brick, visit_uniform);
   free(scratch);
   for (unsigned t = 0; done && t < job->threads; t++)
     if (job->workers[t].out_of_memory)
@@ -524,7 +508,7 @@ static void obey_neighbours(const zs_polygonize_job *job, zs_brick *brick)
 
 bool zs_polygonize_sample(zs_polygonize_job *job)
 {
-  if (!walk(job) || !check_bounds(job) || !list_active(job))
+  if (!sample(job) || !check_bounds(job) || !list_active(job))
     return false;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
   for (size_t i = 0; i < job->active_count; i++)

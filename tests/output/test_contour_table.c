@@ -34,7 +34,7 @@ static void count_sides(const zs_cell_case *cell, unsigned sides[ZS_CELL_EDGES][
       sides[a][b] = 0;
   for (unsigned t = 0; t < cell->triangle_count; t++)
     for (unsigned k = 0; k < 3; k++)
-      sides[cell->edges[3 * t + k]][cell->edges[3 * t + (k + 1) % 3]]++;
+      sides[cell->triangles[3 * t + k]][cell->triangles[3 * t + (k + 1) % 3]]++;
 }
 
 static void edges_are_twelve_different_ones(void **state)
@@ -61,7 +61,7 @@ static void vertices_are_the_crossing_edges(void **state)
     unsigned used = 0, crossing = 0;
     assert_true(cell->triangle_count <= ZS_CELL_TRIANGLES);
     for (unsigned i = 0; i < 3u * cell->triangle_count; i++)
-      used |= 1u << cell->edges[i];
+      used |= 1u << cell->triangles[i];
     for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
       crossing |= (unsigned)crosses(inside, e) << e;
     assert_int_equal(used, crossing);
@@ -150,6 +150,40 @@ static void a_vertex_has_one_fan_in_a_cell(void **state)
   }
 }
 
+/* The loops are the outlines of their triangles: a side that is run through one
+ * way only is a step of a loop, and the other way round. */
+static void loops_outline_their_triangles(void **state)
+{
+  (void)state;
+  zs_contour_table table;
+  zs_contour_table_make(&table);
+  for (unsigned inside = 0; inside < ZS_CELL_CASES; inside++) {
+    const zs_cell_case *cell = &table.cases[inside];
+    unsigned first_edge = 0, first_triangle = 0, sides[ZS_CELL_EDGES][ZS_CELL_EDGES];
+    assert_true(cell->loop_count <= ZS_CELL_LOOPS);
+    for (unsigned l = 0; l < cell->loop_count; l++) {
+      unsigned n = cell->loop_lengths[l];
+      assert_true(n >= 3 && n <= 7);
+      zs_cell_case part = {.triangle_count = (uint8_t)(n - 2)};
+      for (unsigned i = 0; i < 3 * (n - 2); i++)
+        part.triangles[i] = cell->triangles[3 * first_triangle + i];
+      count_sides(&part, sides);
+      unsigned outline = 0;
+      for (unsigned a = 0; a < ZS_CELL_EDGES; a++)
+        for (unsigned b = 0; b < ZS_CELL_EDGES; b++)
+          outline += sides[a][b] && !sides[b][a];
+      assert_int_equal(outline, n);
+      for (unsigned i = 0; i < n; i++) {
+        unsigned a = cell->loops[first_edge + i], b = cell->loops[first_edge + (i + 1) % n];
+        assert_true(sides[a][b] && !sides[b][a]);
+      }
+      first_edge += n;
+      first_triangle += n - 2;
+    }
+    assert_int_equal(first_triangle, cell->triangle_count);
+  }
+}
+
 /* Triangles of a single inside corner face away from it. */
 static void triangles_face_outward(void **state)
 {
@@ -162,9 +196,9 @@ static void triangles_face_outward(void **state)
       int p[3][3], n[3], out = 0;
       assert_int_equal(cell->triangle_count, 1);
       for (unsigned i = 0; i < 3; i++) {
-        unsigned start = zs_cell_edge_start(cell->edges[i]);
+        unsigned start = zs_cell_edge_start(cell->triangles[i]);
         for (unsigned k = 0; k < 3; k++)
-          p[i][k] = 2 * (int)(start >> k & 1) + (cell->edges[i] / 4 == k);
+          p[i][k] = 2 * (int)(start >> k & 1) + (cell->triangles[i] / 4 == k);
       }
       for (int k = 0; k < 3; k++) {
         int i = (k + 1) % 3, j = (k + 2) % 3;
@@ -184,6 +218,7 @@ int main(void)
     cmocka_unit_test(sides_are_cuts_or_legal_diagonals),
     cmocka_unit_test(neighbours_share_the_cuts_of_a_face),
     cmocka_unit_test(a_vertex_has_one_fan_in_a_cell),
+    cmocka_unit_test(loops_outline_their_triangles),
     cmocka_unit_test(triangles_face_outward),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

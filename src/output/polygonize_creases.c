@@ -1,0 +1,448 @@
+/* The polygonizer's sharp edges and corners.
+ *
+ * Where the normals of a cell's loop disagree, its triangles would cut a sharp
+ * edge off.  Such a loop gets one more vertex, where the tangent planes at its
+ * vertices meet, and a fan of triangles around it; and where two such loops meet
+ * across the sharp edge, their common side is turned to join the new vertices.
+ * (L. Kobbelt et al., "Feature sensitive surface extraction from volume data",
+ * 2001.)  The mesh stays a closed manifold: a fan has the outline of the
+ * triangles that it replaces, and a side is turned only in a face that is cut
+ * once, so that no two of the new edges join the same vertices. */
+#include "output/polygonize.h"
+#include "output/polygonize_roots.h"
+
+#include "base/diagnostic.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Normals that differ by more, about 32 degrees, are those of a sharp edge. */
+static const float SHARP = 0.85f;
+
+/* Directions in which the planes of a loop say less than this part of what they
+ * say in the best one are left alone: those along a sharp edge. */
+static const double INFORMATIVE = 0.02;
+
+enum { LONGEST_LOOP = 7, MOST_CREASES = ZS_BRICK_CORNERS * ZS_CELL_LOOPS };
+
+typedef struct finder {
+  zs_edge_numbers numbers;
+  zs_crease found[MOST_CREASES];
+  uint32_t count;
+} finder;
+
+bool zs_crease_between(const float a[3], const float b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < SHARP;
+}
+
+/* ---- Where planes meet ---------------------------------------------------------- */
+
+/* Eigenvalues and -vectors (columns of v) of a symmetric matrix, by Jacobi
+ * rotations. */
+static void diagonalize(double a[3][3], double v[3][3])
+{
+  static const int pairs[3][2] = {{0, 1}, {0, 2}, {1, 2}};
+  enum { SWEEPS = 8 };
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      v[i][j] = i == j;
+  for (int sweep = 0; sweep < SWEEPS; sweep++)
+    for (int n = 0; n < 3; n++) {
+      int p = pairs[n][0], q = pairs[n][1];
+      if (a[p][q] == 0)
+        continue;
+      double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+      double t = copysign(1, theta) / (fabs(theta) + sqrt(theta * theta + 1));
+      double c = 1 / sqrt(t * t + 1), s = t * c;
+      for (int k = 0; k < 3; k++) {
+        double x = a[k][p], y = a[k][q];
+        a[k][p] = c * x - s * y;
+        a[k][q] = s * x + c * y;
+      }
+      for (int k = 0; k < 3; k++) {
+        double x = a[p][k], y = a[q][k];
+        a[p][k] = c * x - s * y;
+        a[q][k] = s * x + c * y;
+      }
+      for (int k = 0; k < 3; k++) {
+        double x = v[k][p], y = v[k][q];
+        v[k][p] = c * x - s * y;
+        v[k][q] = s * x + c * y;
+      }
+    }
+}
+
+/* The least-squares solution x of normals[i] . x = values[i], only in directions
+ * that the normals determine. */
+static void solve_planes(unsigned n, const float *const normals[], const double *values,
+                         double x[3])
+{
+  double a[3][3] = {{0}}, b[3] = {0}, v[3][3], largest = 0;
+  for (unsigned i = 0; i < n; i++)
+    for (int k = 0; k < 3; k++) {
+      b[k] += normals[i][k] * values[i];
+      for (int l = 0; l < 3; l++)
+        a[k][l] += (double)normals[i][k] * normals[i][l];
+    }
+  diagonalize(a, v);
+  for (int k = 0; k < 3; k++) {
+    x[k] = 0;
+    largest = fmax(largest, a[k][k]);
+  }
+  for (int k = 0; k < 3; k++) {
+    if (!(a[k][k] > INFORMATIVE * largest))
+      continue;
+    double along = (v[0][k] * b[0] + v[1][k] * b[1] + v[2][k] * b[2]) / a[k][k];
+    for (int l = 0; l < 3; l++)
+      x[l] += along * v[l][k];
+  }
+}
+
+/* The point closest to the planes through `points` with `normals`, and the
+ * direction that leads away from all of them alike: out of the solid, however
+ * many vertices lie on either side of the edge.  False when there is none. */
+static bool meet(unsigned n, float points[][3], const float *const normals[], float place[3],
+                 float normal[3])
+{
+  double mean[3] = {0}, offset[3], direction[3], values[LONGEST_LOOP], ones[LONGEST_LOOP];
+  for (unsigned i = 0; i < n; i++)
+    for (int k = 0; k < 3; k++)
+      mean[k] += (double)points[i][k] / n;
+  for (unsigned i = 0; i < n; i++) {
+    ones[i] = 1;
+    values[i] = 0;
+    for (int k = 0; k < 3; k++)
+      values[i] += normals[i][k] * (points[i][k] - mean[k]);
+  }
+  solve_planes(n, normals, values, offset);
+  solve_planes(n, normals, ones, direction);
+  double length = hypot(hypot(direction[0], direction[1]), direction[2]);
+  for (int k = 0; k < 3; k++) {
+    place[k] = (float)(mean[k] + offset[k]);
+    normal[k] = (float)(direction[k] / length);
+  }
+  return length > 0 && isfinite(length) && isfinite(place[0]) && isfinite(place[1]) &&
+         isfinite(place[2]);
+}
+
+/* ---- Finding -------------------------------------------------------------------------- */
+
+/* The space that a crease may take, in the brick's frame: its cell and the ones
+ * around it, since a sharp edge may pass by the corners of a cell unseen; within
+ * the grid, a little off its faces. */
+static void reach_box(const zs_polygonize_job *job, const zs_brick *brick, unsigned cell,
+                      float lo[3], float hi[3])
+{
+  const unsigned at[3] = {cell % ZS_BRICK, cell / ZS_BRICK % ZS_BRICK, cell / ZS_BRICK_ROWS};
+  const zs_frame frame = zs_brick_frame(job, brick);
+  for (int k = 0; k < 3; k++) {
+    double from = zs_lattice_place(job, k, 0) + job->apart;
+    double to = zs_lattice_place(job, k, job->corners[k]) - job->apart;
+    double corner = frame.origin[k] + job->cell[k] * ((double)at[k] - ZS_BRICK / 2);
+    lo[k] = (float)(fmax(corner - job->cell[k], from) - frame.origin[k]);
+    hi[k] = (float)(fmin(corner + 2 * job->cell[k], to) - frame.origin[k]);
+  }
+}
+
+/* Whether that space is within the brick. */
+static bool reaches_within(unsigned cell)
+{
+  for (unsigned k = 0; k < 3; k++, cell /= ZS_BRICK)
+    if (cell % ZS_BRICK == 0 || cell % ZS_BRICK == ZS_BRICK - 1)
+      return false;
+  return true;
+}
+
+/* Whether the normals of a loop disagree; false when one is missing. */
+static bool is_sharp(unsigned n, const float *const normals[])
+{
+  bool sharp = false;
+  for (unsigned i = 0; i < n; i++) {
+    if (normals[i][0] == 0 && normals[i][1] == 0 && normals[i][2] == 0)
+      return false;
+    for (unsigned j = 0; j < i && !sharp; j++)
+      sharp = zs_crease_between(normals[i], normals[j]);
+  }
+  return sharp;
+}
+
+/* One loop of a cell: keep a crease if it is sharp. */
+static void visit_loop(const zs_polygonize_job *job, const zs_brick *brick, finder *w,
+                       unsigned cell, unsigned n, const uint8_t *loop,
+                       const uint32_t vertices[LONGEST_LOOP])
+{
+  const float *normals[LONGEST_LOOP];
+  for (unsigned i = 0; i < n; i++)
+    normals[i] = job->mesh->normals + 3 * (size_t)vertices[i];
+  if (!is_sharp(n, normals))
+    return;
+  zs_crease crease = {.cell = (uint16_t)cell};
+  const zs_frame frame = zs_brick_frame(job, brick);
+  float points[LONGEST_LOOP][3], lo[3], hi[3];
+  for (unsigned i = 0; i < n; i++) {
+    crease.edges |= (uint16_t)(1u << loop[i]);
+    for (unsigned k = 0; k < 3; k++)
+      points[i][k] =
+        (float)(job->mesh->positions[3 * (size_t)vertices[i] + k] - frame.origin[k]);
+  }
+  if (!meet(n, points, normals, crease.place, crease.normal))
+    return;
+  reach_box(job, brick, cell, lo, hi);
+  for (int k = 0; k < 3; k++)
+    crease.place[k] = fminf(fmaxf(crease.place[k], lo[k]), hi[k]);
+  w->found[w->count++] = crease;
+}
+
+/* Creases of the cells of a brick; those outside the grid's faces have none. */
+static void find_creases(const zs_polygonize_job *job, const zs_contour_table *table,
+                         const zs_brick *brick, finder *w)
+{
+  size_t offsets[ZS_CELL_EDGES];
+  zs_brick_rows rows;
+  zs_brick_gather_signs(job, brick, rows);
+  zs_brick_number_edges(job, brick, w->numbers);
+  zs_cell_edge_offsets(offsets);
+  w->count = 0;
+  for (unsigned z = 0; z < ZS_BRICK; z++)
+    for (unsigned y = 0; y < ZS_BRICK; y++)
+      for (uint32_t cells = zs_brick_active_cells(job, brick, rows, y, z); cells;
+           cells &= cells - 1) {
+        unsigned x = (unsigned)__builtin_ctz(cells);
+        if (zs_brick_is_pad_cell(job, brick, x, y, z))
+          continue;
+        const zs_cell_case *cell = &table->cases[zs_brick_cell_case(rows, x, y, z)];
+        const uint8_t *loop = cell->loops;
+        for (unsigned l = 0; l < cell->loop_count; loop += cell->loop_lengths[l++]) {
+          uint32_t vertices[LONGEST_LOOP];
+          for (unsigned i = 0; i < cell->loop_lengths[l]; i++)
+            vertices[i] = w->numbers[zs_reach_offset(x, y, z) + offsets[loop[i]]];
+          visit_loop(job, brick, w, (z * ZS_BRICK + y) * ZS_BRICK + x, cell->loop_lengths[l],
+                     loop, vertices);
+        }
+      }
+}
+
+/* Keep what was found with the brick. */
+static void keep_creases(zs_polygonize_worker *worker, zs_brick *brick, const finder *w)
+{
+  if (!w->count)
+    return;
+  brick->creases = ZS_ARENA_NEW(&worker->arena, zs_crease, w->count);
+  if (!brick->creases) {
+    worker->out_of_memory = true;
+    return;
+  }
+  memcpy(brick->creases, w->found, w->count * sizeof *w->found);
+  brick->crease_count = w->count;
+}
+
+/* ---- Settling ----------------------------------------------------------------------------
+ *
+ * The planes meet near the surface, on it only if it is flat on both sides.
+ * Vertices are certified roots: creases settle along their normals. */
+
+typedef struct settler {
+  zs_roots roots;
+  zs_crease *crease[ZS_BLOCK]; /* the block */
+  unsigned count;
+  _Alignas(64) float at[3][ZS_BLOCK];
+  _Alignas(64) float f[2][ZS_BLOCK]; /* at the place found, and at the far end */
+  float far[3][ZS_BLOCK];
+  zs_crease *of_line[ZS_BLOCK];
+} settler;
+
+/* From a crease along its normal, outward when it is inside, to where its space
+ * ends. */
+static void far_end(const zs_polygonize_job *job, const zs_brick *brick, const zs_crease *crease,
+                    bool inside, float end[3])
+{
+  float lo[3], hi[3], step[3], reach = INFINITY;
+  reach_box(job, brick, crease->cell, lo, hi);
+  for (int k = 0; k < 3; k++) {
+    step[k] = inside ? crease->normal[k] : -crease->normal[k];
+    if (step[k] != 0)
+      reach = fminf(reach, ((step[k] > 0 ? hi[k] : lo[k]) - crease->place[k]) / step[k]);
+  }
+  for (int k = 0; k < 3; k++)
+    end[k] = fminf(fmaxf(crease->place[k] + fmaxf(reach, 0) * step[k], lo[k]), hi[k]);
+}
+
+/* Settle a block: creases with a sign change on their line move to it, the others
+ * are given up. */
+static void settle(const zs_polygonize_job *job, zs_polygonize_worker *worker,
+                   const zs_brick *brick, zs_eval *eval, const zs_program *program)
+{
+  settler *w = worker->scratch;
+  const zs_frame frame = zs_brick_frame(job, brick);
+  w->roots.count = w->roots.pending = 0;
+  for (int end = 0; end < 2; end++) {
+    for (unsigned i = 0; i < w->count; i++) {
+      float place[3];
+      memcpy(place, w->crease[i]->place, sizeof place);
+      if (end)
+        far_end(job, brick, w->crease[i], w->f[0][i] >= 0, place);
+      for (int k = 0; k < 3; k++)
+        w->at[k][i] = w->far[k][i] = place[k];
+    }
+    zs_program_values(eval, program, &frame, w->count, w->at[0], w->at[1], w->at[2], w->f[end]);
+    worker->evaluations += w->count;
+  }
+  for (unsigned i = 0; i < w->count; i++) {
+    const float *near = w->crease[i]->place, far[3] = {w->far[0][i], w->far[1][i], w->far[2][i]};
+    bool inside = w->f[0][i] >= 0;
+    if (inside == (w->f[1][i] >= 0)) {
+      w->crease[i]->edges = 0;
+      continue;
+    }
+    w->of_line[w->roots.count] = w->crease[i];
+    zs_roots_add(&w->roots, inside ? near : far, inside ? far : near, w->f[inside ? 0 : 1][i],
+                 w->f[inside ? 1 : 0][i], (float)job->tolerance, 0);
+  }
+  worker->evaluations += zs_roots_solve(&w->roots, eval, program, &frame);
+  for (unsigned i = 0; i < w->roots.count; i++)
+    for (int k = 0; k < 3; k++)
+      w->of_line[i]->place[k] = w->roots.found[k][i];
+  w->count = 0;
+}
+
+/* Settle the creases whose space is within the brick, or the others. */
+static void settle_all_of(const zs_polygonize_job *job, zs_polygonize_worker *worker,
+                          const zs_brick *brick, bool within, zs_eval *eval,
+                          const zs_program *program)
+{
+  settler *w = worker->scratch;
+  w->count = 0;
+  for (uint32_t i = 0; i < brick->crease_count; i++) {
+    if (reaches_within(brick->creases[i].cell) != within)
+      continue;
+    w->crease[w->count++] = &brick->creases[i];
+    if (w->count == ZS_BLOCK)
+      settle(job, worker, brick, eval, program);
+  }
+  if (w->count)
+    settle(job, worker, brick, eval, program);
+}
+
+static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
+                        const zs_program *program)
+{
+  zs_polygonize_job *job = visitor;
+  zs_polygonize_worker *worker = &job->workers[thread];
+  /* The table's bricks are the job's own. */
+  zs_brick *brick = (zs_brick *)zs_lattice_brick(job, index);
+  settle_all_of(job, worker, brick, true, eval, program);
+  settle_all_of(job, worker, brick, false, eval, zs_field_program(job->field));
+  zs_brick_compact_creases(brick);
+}
+
+/* ---- The stage ------------------------------------------------------------------------------ */
+
+static bool find_all(zs_polygonize_job *job, const zs_contour_table *table)
+{
+  finder *scratch = malloc(job->threads * sizeof *scratch);
+  if (!scratch)
+    return zs_fail_memory(job->diag);
+#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
+  for (size_t i = 0; i < job->active_count; i++) {
+    unsigned thread = zs_polygonize_thread();
+    find_creases(job, table, job->active[i], &scratch[thread]);
+    keep_creases(&job->workers[thread], job->active[i], &scratch[thread]);
+  }
+  free(scratch);
+  for (unsigned t = 0; t < job->threads; t++)
+    if (job->workers[t].out_of_memory)
+      return zs_fail_memory(job->diag);
+  return true;
+}
+
+static bool settle_all(zs_polygonize_job *job)
+{
+  settler *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
+  if (!scratch)
+    return zs_fail_memory(job->diag);
+  for (unsigned t = 0; t < job->threads; t++)
+    job->workers[t].scratch = &scratch[t];
+  bool done = zs_polygonize_walk(job, "creases", 0.9, 0.97, visit_brick, NULL);
+  free(scratch);
+  return done;
+}
+
+/* Number the vertices of the creases behind those of the edges. */
+static void number(zs_polygonize_job *job)
+{
+  size_t triangles = 0;
+  for (size_t i = 0; i < job->active_count; i++) {
+    zs_brick *brick = job->active[i];
+    brick->first_crease = job->vertex_count;
+    job->vertex_count += brick->crease_count;
+    /* A fan has two triangles more than its loop had. */
+    brick->triangle_count += 2 * brick->crease_count;
+    brick->first_triangle = triangles;
+    triangles += brick->triangle_count;
+  }
+  job->triangle_count = triangles;
+}
+
+static void place(const zs_polygonize_job *job)
+{
+  for (size_t i = 0; i < job->active_count; i++) {
+    const zs_brick *brick = job->active[i];
+    const zs_frame frame = zs_brick_frame(job, brick);
+    for (uint32_t c = 0; c < brick->crease_count; c++)
+      for (size_t k = 0; k < 3; k++) {
+        size_t at = 3 * (brick->first_crease + c) + k;
+        job->mesh->positions[at] = (float)(frame.origin[k] + (double)brick->creases[c].place[k]);
+        job->mesh->normals[at] = brick->creases[c].normal[k];
+      }
+  }
+}
+
+bool zs_polygonize_creases(zs_polygonize_job *job, const zs_contour_table *table)
+{
+  bool any = false;
+  if (!find_all(job, table))
+    return false;
+  for (size_t i = 0; i < job->active_count && !any; i++)
+    any = job->active[i]->crease_count > 0;
+  if (!any)
+    return true;
+  if (!settle_all(job) || !zs_polygonize_distinct(job))
+    return false;
+  number(job);
+  if (!zs_mesh_resize(job->mesh, job->vertex_count, job->triangle_count, job->diag))
+    return false;
+  place(job);
+  return true;
+}
+
+bool zs_crease_find(const zs_polygonize_job *job, const zs_brick *brick, const int cell[3],
+                    unsigned edges, uint32_t *vertex)
+{
+  uint32_t index[3];
+  unsigned number = 0;
+  for (int k = 2; k >= 0; k--) {
+    index[k] = brick->index[k];
+    if (cell[k] < 0)
+      index[k]--; /* below the first brick: beyond all, where nothing is */
+    else if (cell[k] >= ZS_BRICK)
+      index[k]++;
+    number = number * ZS_BRICK + ((unsigned)cell[k] & (ZS_BRICK - 1));
+  }
+  const zs_brick *owner = zs_lattice_brick(job, index);
+  uint32_t low = 0, high = owner->crease_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (owner->creases[middle].cell < number)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  for (; low < owner->crease_count && owner->creases[low].cell == number; low++)
+    if ((owner->creases[low].edges & edges) == edges) {
+      *vertex = (uint32_t)(owner->first_crease + low);
+      return true;
+    }
+  return false;
+}
