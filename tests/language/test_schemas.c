@@ -143,7 +143,7 @@ static const char *value_of_type(const zs_attribute *attribute)
   case ZS_NUMBER:
   case ZS_INTEGER:
   case ZS_SCALE:
-    return "1";
+    return attribute->range == ZS_RANGE_BETWEEN && attribute->minimum > 1 ? "6" : "1";
   case ZS_VECTOR2:
     return "1 2";
   case ZS_VECTOR3:
