@@ -105,6 +105,23 @@ void zs_series_shift(const zs_series_layout *layout, const double *from, const d
   }
 }
 
+double zs_series_value(const zs_series_layout *layout, const double *nested, double x, double y,
+                       double z)
+{
+  double f = 0;
+  for (unsigned i = layout->degree + 1; i-- > 0;) {
+    double fx = 0;
+    for (unsigned j = layout->degree - i + 1; j-- > 0;) {
+      double fxy = 0;
+      for (unsigned k = layout->degree - i - j + 1; k-- > 0;)
+        fxy = fxy * z + *nested++;
+      fx = fx * y + fxy;
+    }
+    f = f * x + fx;
+  }
+  return f;
+}
+
 double zs_series_remainder(const zs_series_layout *layout, zs_rbf_kernel kernel, double distance,
                            double q)
 {

@@ -38,7 +38,7 @@ typedef struct zs_series_layout {
   uint8_t axis[ZS_SERIES_LONG_TERMS];
   uint16_t first[ZS_SERIES_LONG + 2]; /* of each order, and the end */
   uint16_t index[ZS_SERIES_LONG + 1][ZS_SERIES_LONG + 1][ZS_SERIES_LONG + 1]; /* by powers */
-  uint16_t nested[ZS_SERIES_LONG_TERMS]; /* by falling powers of x, of y, of z */
+  uint16_t nested[ZS_SERIES_LONG_TERMS]; /* by falling powers of x, of y, of z: for Horner */
   /* Moments, by monomial and then by power of t.t, become coefficients. */
   struct {
     double factor;
@@ -53,6 +53,10 @@ zs_series_layout *zs_series_layout_new(unsigned degree);
  * `from`. */
 void zs_series_shift(const zs_series_layout *layout, const double *from, const double by[3],
                      double *to);
+
+/* The value of a series whose coefficients are in the order `nested`. */
+double zs_series_value(const zs_series_layout *layout, const double *nested, double x, double y,
+                       double z);
 
 /* What the series of a centre of unit weight leaves out up to |t| = q R, q < 1. */
 double zs_series_remainder(const zs_series_layout *layout, zs_rbf_kernel kernel, double distance,

@@ -9,18 +9,34 @@
 #include "rbf/fit.h"
 #include "rbf/tree.h"
 
-/* Data of the operations; immutable, shared by threads. */
+/* Data of the operations; immutable, shared by threads.
+ *
+ * Restricted to a box, a sum keeps the centres near it; all others are one
+ * series about the box's middle.  They are chosen such that what their series
+ * leave out is at most `tolerance` in all: less than what the rounding of
+ * coordinates to single precision makes of f anyway. */
 typedef struct zs_rbf_sum {
   zs_rbf_kernel kernel;
   size_t count;
   const zs_rbf_centre *centres;
-  double polynomial[10]; /* 1 x y z xx xy xz yy yz zz */
-  zs_rbf_tree *tree;
+  double polynomial[10]; /* 1 x y z xx xy xz yy yz zz, when there is no series */
+  double middle[3];
+  const double *series; /* nested by x, y, z: zs_series_layout; NULL: not restricted */
+  double tolerance;
+  size_t whole_count;                /* of centres, before any restriction */
+  const zs_series_layout *layout;    /* of long series */
+  const zs_rbf_tree *tree;
+  zs_series_expand *expand;
 } zs_rbf_sum;
 
 /* Copy a three-dimensional fit and enclose it; NULL when memory is out. */
 zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads);
 void zs_rbf_sum_free(void *sum);
+
+/* A cheaper sum for the box lo .. hi, from `arena`, or `data` itself where
+ * most centres are near.  Restrictions nest. */
+const void *zs_rbf_sum_restricted(const void *data, const float lo[3], const float hi[3],
+                                  zs_arena *arena);
 
 /* The operation for sums of a kernel. */
 const zs_operation *zs_rbf_sum_operation(zs_rbf_kernel kernel);

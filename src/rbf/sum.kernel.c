@@ -106,15 +106,19 @@ typedef struct block {
   _Alignas(64) double sum[4][ZS_BLOCK];
 } block;
 
-/* Convert the points and start the sums with the polynomial. */
-static inline ALWAYS void begin(block *b, const zs_block_arguments *a, bool gradient)
+static void convert(block *b, const zs_block_arguments *a)
 {
-  const double *c = ((const zs_rbf_sum *)a->data)->polynomial;
   for (int k = 0; k < 3; k++)
     for (unsigned i = 0; i < a->n; i++)
-      b->point[k][i] = a->in[k][i];
-  for (unsigned i = 0; i < a->n; i++) {
-    double x = b->point[0][i], y = b->point[1][i], z = b->point[2][i];
+      b->point[k][i] = (double)a->in[k][i];
+}
+
+/* Start the sums with the polynomial of a whole sum. */
+static inline ALWAYS void begin_whole(block *b, const zs_rbf_sum *sum, unsigned n, bool gradient)
+{
+  const double *c = sum->polynomial;
+  for (unsigned i = 0; i < n; i++) {
+    const double x = b->point[0][i], y = b->point[1][i], z = b->point[2][i];
     b->sum[0][i] = c[0] + x * (c[1] + c[4] * x + c[5] * y + c[6] * z) +
                    y * (c[2] + c[7] * y + c[8] * z) + z * (c[3] + c[9] * z);
     if (gradient) {
@@ -123,6 +127,65 @@ static inline ALWAYS void begin(block *b, const zs_block_arguments *a, bool grad
       b->sum[3][i] = c[3] + c[6] * x + c[8] * y + 2 * c[9] * z;
     }
   }
+}
+
+/* A polynomial in some of the variables, and its derivatives by them. */
+typedef struct horner {
+  vector f, x, y, z;
+} horner;
+
+/* Start the sums of some points with the series of a restricted sum, by
+ * Horner's rule in z within y within x, derivatives alongside. */
+static inline ALWAYS void begin_restricted(block *b, const zs_rbf_sum *sum, unsigned from,
+                                           bool gradient)
+{
+  const double *c = sum->series;
+  const unsigned degree = sum->layout->degree;
+  vector t[3];
+  horner p = {.f = {0}};
+  for (int k = 0; k < 3; k++) {
+    memcpy(&t[k], &b->point[k][from], sizeof t[k]);
+    t[k] -= sum->middle[k];
+  }
+  for (unsigned i = degree + 1; i-- > 0;) {
+    horner q = {.f = {0}};
+    for (unsigned j = degree - i + 1; j-- > 0;) {
+      horner r = {.f = {0}};
+      for (unsigned k = degree - i - j + 1; k-- > 0;) {
+        if (gradient)
+          r.z = r.z * t[2] + r.f;
+        r.f = r.f * t[2] + *c++;
+      }
+      if (gradient) {
+        q.y = q.y * t[1] + q.f;
+        q.z = q.z * t[1] + r.z;
+      }
+      q.f = q.f * t[1] + r.f;
+    }
+    if (gradient) {
+      p.x = p.x * t[0] + p.f;
+      p.y = p.y * t[0] + q.y;
+      p.z = p.z * t[0] + q.z;
+    }
+    p.f = p.f * t[0] + q.f;
+  }
+  memcpy(&b->sum[0][from], &p.f, sizeof p.f);
+  if (gradient) {
+    memcpy(&b->sum[1][from], &p.x, sizeof p.x);
+    memcpy(&b->sum[2][from], &p.y, sizeof p.y);
+    memcpy(&b->sum[3][from], &p.z, sizeof p.z);
+  }
+}
+
+static inline ALWAYS void begin(block *b, const zs_block_arguments *a, bool gradient)
+{
+  const zs_rbf_sum *sum = a->data;
+  convert(b, a);
+  if (!sum->series)
+    begin_whole(b, sum, a->n, gradient);
+  else
+    for (unsigned i = 0; i < a->n; i += ZS_WIDTH)
+      begin_restricted(b, sum, i, gradient);
 }
 
 /* Add some centres to the sums of POINTS points. */

@@ -232,6 +232,91 @@ static void bounds_hold_samples(void **state)
   }
 }
 
+/* A random box inside another. */
+static void random_box(uint64_t *seed, double side, const float within_lo[3],
+                       const float within_hi[3], float lo[3], float hi[3])
+{
+  for (int k = 0; k < 3; k++) {
+    const double from = (double)within_lo[k], to = (double)within_hi[k] - side;
+    lo[k] = (float)random_between(seed, from, to);
+    hi[k] = lo[k] + (float)side;
+  }
+}
+
+/* Compare a restricted sum with the whole one at random points of its box: f to
+ * the promised tolerance, block kernels to single precision. */
+static void compare_in_box(const zs_rbf_sum *whole, const zs_rbf_sum *part, const float lo[3],
+                           const float hi[3], uint64_t *seed)
+{
+  static rows in[3], value, gradient, expected;
+  for (int k = 0; k < 3; k++) {
+    memset(in[k].row, 0, sizeof in[k].row);
+    for (int i = 0; i < ZS_BLOCK; i++) {
+      double x = i < 8 ? (double)(i >> k & 1 ? hi[k] : lo[k])
+                       : random_between(seed, (double)lo[k], (double)hi[k]);
+      in[k].row[0][i] = (float)x;
+      in[k].row[k + 1][i] = 1;
+    }
+  }
+  zs_block_arguments a = {.data = whole, .n = ZS_BLOCK,
+                          .in = {in[0].row[0], in[1].row[0], in[2].row[0]},
+                          .out = expected.row[0]};
+  zs_rbf_sum_operation(whole->kernel)->kernels[0]->gradient(&a);
+  double slope = whole->tolerance * 1e7;
+  a.data = part;
+  for (unsigned isa = 0; isa < machine_isas(); isa++) {
+    a.out = value.row[0];
+    zs_rbf_sum_operation(part->kernel)->kernels[isa]->value(&a);
+    a.out = gradient.row[0];
+    zs_rbf_sum_operation(part->kernel)->kernels[isa]->gradient(&a);
+    for (int i = 0; i < ZS_BLOCK; i++) {
+      const double x[3] = {(double)in[0].row[0][i], (double)in[1].row[0][i],
+                           (double)in[2].row[0][i]};
+      const double f = reference(whole, x), g = reference(part, x);
+      assert_true(fabs(f - g) <= whole->tolerance + 1e-12);
+      assert_true(fabs((double)value.row[0][i] - g) <= 1e-7 * (fabs(g) + slope));
+      assert_true(fabs((double)gradient.row[0][i] - g) <= 1e-7 * (fabs(g) + slope));
+      for (int r = 1; r < 4; r++)
+        assert_true(fabs((double)(gradient.row[r][i] - expected.row[r][i])) < 1e-4 * slope);
+    }
+  }
+}
+
+static void restricted_sums_equal_the_whole(void **state)
+{
+  (void)state;
+  const float cube_lo[3] = {-0.8f, -0.8f, -0.8f}, cube_hi[3] = {0.8f, 0.8f, 0.8f};
+  uint64_t seed = 77;
+  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
+    zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 150, 3);
+    zs_rbf_sum *whole = zs_rbf_sum_new(rbf, 2);
+    zs_arena arena = {0};
+    unsigned shorter = 0, nested = 0;
+    for (int i = 0; i < 12; i++) {
+      float lo[3], hi[3], inner_lo[3], inner_hi[3];
+      random_box(&seed, i % 2 ? 0.3 : 0.1, cube_lo, cube_hi, lo, hi);
+      random_box(&seed, 0.03, lo, hi, inner_lo, inner_hi);
+      const zs_rbf_sum *part = zs_rbf_sum_restricted(whole, lo, hi, &arena);
+      const zs_rbf_sum *inner = zs_rbf_sum_restricted(part, inner_lo, inner_hi, &arena);
+      assert_true(inner->count <= part->count && part->count <= whole->count);
+      shorter += part->count < whole->count;
+      nested += inner->count < part->count;
+      compare_in_box(whole, part, lo, hi, &seed);
+      compare_in_box(whole, inner, inner_lo, inner_hi, &seed);
+    }
+    assert_true(shorter > 0);
+    assert_true(nested > 0);
+    /* Nothing can be gained where everything is near, or the box is not known. */
+    assert_ptr_equal(zs_rbf_sum_restricted(whole, cube_lo, cube_hi, &arena), whole);
+    const float unknown[3] = {NAN, NAN, NAN}, endless[3] = {INFINITY, 0, 0};
+    assert_ptr_equal(zs_rbf_sum_restricted(whole, unknown, unknown, &arena), whole);
+    assert_ptr_equal(zs_rbf_sum_restricted(whole, cube_lo, endless, &arena), whole);
+    zs_arena_free(&arena);
+    zs_rbf_sum_free(whole);
+    zs_rbf_free(rbf);
+  }
+}
+
 static void bounds_are_unknown_outside(void **state)
 {
   (void)state;
@@ -278,6 +363,7 @@ int main(void)
     cmocka_unit_test(blocks_work_in_place),
     cmocka_unit_test(sum_equals_fit),
     cmocka_unit_test(bounds_hold_samples),
+    cmocka_unit_test(restricted_sums_equal_the_whole),
     cmocka_unit_test(bounds_are_unknown_outside),
     cmocka_unit_test(threads_build_the_same_tree),
   };
