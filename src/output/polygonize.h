@@ -36,6 +36,7 @@ typedef struct zs_crease {
   uint16_t edges;  /* of the loop that it belongs to, one bit each; 0: given up */
   float place[3];  /* in the brick's frame */
   float normal[3]; /* out of the solid */
+  bool settled;    /* on the surface */
 } zs_crease;
 
 typedef struct zs_brick zs_brick;
@@ -116,9 +117,6 @@ static inline bool zs_lattice_is_pad(const zs_polygonize_job *job, int axis, uin
 {
   return i == 0 || i >= job->corners[axis] - 1;
 }
-
-/* Bits of the corners of a row that are not pads. */
-uint16_t zs_lattice_row_mask(const zs_polygonize_job *job, const zs_brick *brick, unsigned row);
 
 /* Whether the edge that starts at plane i leads to or from a pad. */
 static inline bool zs_lattice_pad_edge(const zs_polygonize_job *job, int axis, uint32_t i)

@@ -24,6 +24,9 @@ static const float SHARP = 0.85f;
  * say in the best one are left alone: those along a sharp edge. */
 static const double INFORMATIVE = 0.02;
 
+/* A crease settles within this part of a cell, or the planes said little. */
+static const float NEAR = 0.15f;
+
 enum { LONGEST_LOOP = 7, MOST_CREASES = ZS_BRICK_CORNERS * ZS_CELL_LOOPS };
 
 typedef struct finder {
@@ -129,30 +132,38 @@ static bool meet(unsigned n, float points[][3], const float *const normals[], fl
 
 /* ---- Finding -------------------------------------------------------------------------- */
 
-/* The space that a crease may take, in the brick's frame: its cell and the ones
- * around it, since a sharp edge may pass by the corners of a cell unseen; within
- * the grid, a little off its faces. */
-static void reach_box(const zs_polygonize_job *job, const zs_brick *brick, unsigned cell,
-                      float lo[3], float hi[3])
+/* The space that a crease may take, in the brick's frame: its own cell, a little
+ * off its sides, or the cells around it too; within the grid, a little off its
+ * faces. */
+static void space_of(const zs_polygonize_job *job, const zs_brick *brick, unsigned cell,
+                     bool around, float lo[3], float hi[3])
 {
   const unsigned at[3] = {cell % ZS_BRICK, cell / ZS_BRICK % ZS_BRICK, cell / ZS_BRICK_ROWS};
   const zs_frame frame = zs_brick_frame(job, brick);
   for (int k = 0; k < 3; k++) {
-    double from = zs_lattice_place(job, k, 0) + job->apart;
-    double to = zs_lattice_place(job, k, job->corners[k]) - job->apart;
+    double margin = fmin(job->apart, job->cell[k] / 4);
+    double from = zs_lattice_place(job, k, 0) + margin;
+    double to = zs_lattice_place(job, k, job->corners[k]) - margin;
     double corner = frame.origin[k] + job->cell[k] * ((double)at[k] - ZS_BRICK / 2);
-    lo[k] = (float)(fmax(corner - job->cell[k], from) - frame.origin[k]);
-    hi[k] = (float)(fmin(corner + 2 * job->cell[k], to) - frame.origin[k]);
+    double more = around ? job->cell[k] : -margin;
+    lo[k] = (float)(fmax(corner - more, from) - frame.origin[k]);
+    hi[k] = (float)(fmin(corner + job->cell[k] + more, to) - frame.origin[k]);
   }
 }
 
-/* Whether that space is within the brick. */
-static bool reaches_within(unsigned cell)
+/* Whether a cell and those around it are within the brick. */
+static bool is_inner_cell(unsigned cell)
 {
   for (unsigned k = 0; k < 3; k++, cell /= ZS_BRICK)
     if (cell % ZS_BRICK == 0 || cell % ZS_BRICK == ZS_BRICK - 1)
       return false;
   return true;
+}
+
+static void clamp(float place[3], const float lo[3], const float hi[3])
+{
+  for (int k = 0; k < 3; k++)
+    place[k] = fminf(fmaxf(place[k], lo[k]), hi[k]);
 }
 
 /* Whether the normals of a loop disagree; false when one is missing. */
@@ -180,19 +191,15 @@ static void visit_loop(const zs_polygonize_job *job, const zs_brick *brick, find
     return;
   zs_crease crease = {.cell = (uint16_t)cell};
   const zs_frame frame = zs_brick_frame(job, brick);
-  float points[LONGEST_LOOP][3], lo[3], hi[3];
+  float points[LONGEST_LOOP][3];
   for (unsigned i = 0; i < n; i++) {
     crease.edges |= (uint16_t)(1u << loop[i]);
     for (unsigned k = 0; k < 3; k++)
       points[i][k] =
         (float)(job->mesh->positions[3 * (size_t)vertices[i] + k] - frame.origin[k]);
   }
-  if (!meet(n, points, normals, crease.place, crease.normal))
-    return;
-  reach_box(job, brick, cell, lo, hi);
-  for (int k = 0; k < 3; k++)
-    crease.place[k] = fminf(fmaxf(crease.place[k], lo[k]), hi[k]);
-  w->found[w->count++] = crease;
+  if (meet(n, points, normals, crease.place, crease.normal))
+    w->found[w->count++] = crease;
 }
 
 /* Creases of the cells of a brick; those outside the grid's faces have none. */
@@ -241,7 +248,11 @@ static void keep_creases(zs_polygonize_worker *worker, zs_brick *brick, const fi
 /* ---- Settling ----------------------------------------------------------------------------
  *
  * The planes meet near the surface, on it only if it is flat on both sides.
- * Vertices are certified roots: creases settle along their normals. */
+ * Vertices are certified roots: creases settle along their normals.  A sharp edge
+ * may pass by the corners of its cell unseen, so that the crease belongs into a
+ * cell next to it; it may settle there unless that cell has triangles of its own
+ * to fold over.  Else it settles in its own cell, as close to the edge as it
+ * gets. */
 
 typedef struct settler {
   zs_roots roots;
@@ -249,91 +260,162 @@ typedef struct settler {
   unsigned count;
   _Alignas(64) float at[3][ZS_BLOCK];
   _Alignas(64) float f[2][ZS_BLOCK]; /* at the place found, and at the far end */
-  float far[3][ZS_BLOCK];
-  zs_crease *of_line[ZS_BLOCK];
+  float ends[2][3][ZS_BLOCK];        /* those places */
+  uint16_t of_line[ZS_BLOCK];        /* the crease of each line */
 } settler;
 
-/* From a crease along its normal, outward when it is inside, to where its space
+/* How a block settles. */
+typedef struct settling {
+  const zs_polygonize_job *job;
+  zs_polygonize_worker *worker;
+  const zs_brick *brick;
+  bool around; /* in the cells around, too */
+  zs_eval *eval;
+  const zs_program *program;
+  zs_frame frame;
+} settling;
+
+/* From the crease along its normal, outward when it is inside, to where its space
  * ends. */
-static void far_end(const zs_polygonize_job *job, const zs_brick *brick, const zs_crease *crease,
-                    bool inside, float end[3])
+static void far_end(const settling *s, const zs_crease *crease, bool inside, const float from[3],
+                    float end[3])
 {
   float lo[3], hi[3], step[3], reach = INFINITY;
-  reach_box(job, brick, crease->cell, lo, hi);
+  space_of(s->job, s->brick, crease->cell, s->around, lo, hi);
   for (int k = 0; k < 3; k++) {
     step[k] = inside ? crease->normal[k] : -crease->normal[k];
     if (step[k] != 0)
-      reach = fminf(reach, ((step[k] > 0 ? hi[k] : lo[k]) - crease->place[k]) / step[k]);
+      reach = fminf(reach, ((step[k] > 0 ? hi[k] : lo[k]) - from[k]) / step[k]);
   }
   for (int k = 0; k < 3; k++)
-    end[k] = fminf(fmaxf(crease->place[k] + fmaxf(reach, 0) * step[k], lo[k]), hi[k]);
+    end[k] = from[k] + fmaxf(reach, 0) * step[k];
+  clamp(end, lo, hi);
 }
 
-/* Settle a block: creases with a sign change on their line move to it, the others
- * are given up. */
-static void settle(const zs_polygonize_job *job, zs_polygonize_worker *worker,
-                   const zs_brick *brick, zs_eval *eval, const zs_program *program)
+/* The ends of the block's lines, and f there. */
+static void look(const settling *s)
 {
-  settler *w = worker->scratch;
-  const zs_frame frame = zs_brick_frame(job, brick);
-  w->roots.count = w->roots.pending = 0;
+  settler *w = s->worker->scratch;
   for (int end = 0; end < 2; end++) {
     for (unsigned i = 0; i < w->count; i++) {
-      float place[3];
-      memcpy(place, w->crease[i]->place, sizeof place);
+      float lo[3], hi[3], from[3], place[3];
+      space_of(s->job, s->brick, w->crease[i]->cell, s->around, lo, hi);
+      memcpy(from, w->crease[i]->place, sizeof from);
+      clamp(from, lo, hi);
+      memcpy(place, from, sizeof place);
       if (end)
-        far_end(job, brick, w->crease[i], w->f[0][i] >= 0, place);
+        far_end(s, w->crease[i], w->f[0][i] >= 0, from, place);
       for (int k = 0; k < 3; k++)
-        w->at[k][i] = w->far[k][i] = place[k];
+        w->at[k][i] = w->ends[end][k][i] = place[k];
     }
-    zs_program_values(eval, program, &frame, w->count, w->at[0], w->at[1], w->at[2], w->f[end]);
-    worker->evaluations += w->count;
+    zs_program_values(s->eval, s->program, &s->frame, w->count, w->at[0], w->at[1], w->at[2],
+                      w->f[end]);
+    s->worker->evaluations += w->count;
   }
+}
+
+/* Whether the corners of a cell, by lattice index, have different signs. */
+static bool holds_surface(const zs_polygonize_job *job, const uint32_t cell[3])
+{
+  unsigned inside = 0;
+  for (unsigned c = 0; c < 8; c++) {
+    uint32_t at[3], index[3];
+    for (unsigned k = 0; k < 3; k++) {
+      at[k] = cell[k] + (c >> k & 1);
+      index[k] = at[k] / ZS_BRICK;
+    }
+    const zs_brick *owner = zs_lattice_brick(job, index);
+    unsigned row = at[2] % ZS_BRICK * ZS_BRICK + at[1] % ZS_BRICK;
+    inside += owner->signs[row] >> at[0] % ZS_BRICK & 1;
+  }
+  return inside != 0 && inside != 8;
+}
+
+/* Whether a crease may settle in a place around its cell. */
+static bool accept(const settling *s, const zs_crease *crease, const float place[3])
+{
+  const double *cell = s->job->cell;
+  const float shortest = (float)fmin(cell[0], fmin(cell[1], cell[2]));
+  uint32_t at[3];
+  float square = 0;
+  bool own = true;
+  for (int k = 0; k < 3; k++) {
+    float moved = place[k] - crease->place[k];
+    square += moved * moved;
+    double local = floor(place[k] / cell[k]) + ZS_BRICK / 2;
+    own = own && local == (crease->cell >> 4 * k & (ZS_BRICK - 1));
+    at[k] = (uint32_t)((int64_t)zs_lattice_index(s->brick, k, 0) + (int64_t)local);
+  }
+  return square <= NEAR * NEAR * shortest * shortest && (own || !holds_surface(s->job, at));
+}
+
+/* Settle a block: creases with a sign change on their line move to it. */
+static void settle(const settling *s)
+{
+  settler *w = s->worker->scratch;
+  look(s);
+  w->roots.count = w->roots.pending = 0;
   for (unsigned i = 0; i < w->count; i++) {
-    const float *near = w->crease[i]->place, far[3] = {w->far[0][i], w->far[1][i], w->far[2][i]};
+    float end[2][3];
     bool inside = w->f[0][i] >= 0;
-    if (inside == (w->f[1][i] >= 0)) {
-      w->crease[i]->edges = 0;
+    if (inside == (w->f[1][i] >= 0))
       continue;
-    }
-    w->of_line[w->roots.count] = w->crease[i];
-    zs_roots_add(&w->roots, inside ? near : far, inside ? far : near, w->f[inside ? 0 : 1][i],
-                 w->f[inside ? 1 : 0][i], (float)job->tolerance, 0);
+    for (int e = 0; e < 2; e++)
+      for (int k = 0; k < 3; k++)
+        end[e][k] = w->ends[e][k][i];
+    w->of_line[w->roots.count] = (uint16_t)i;
+    zs_roots_add(&w->roots, end[!inside], end[inside], w->f[!inside][i], w->f[inside][i],
+                 (float)s->job->tolerance, 0);
   }
-  worker->evaluations += zs_roots_solve(&w->roots, eval, program, &frame);
-  for (unsigned i = 0; i < w->roots.count; i++)
-    for (int k = 0; k < 3; k++)
-      w->of_line[i]->place[k] = w->roots.found[k][i];
+  s->worker->evaluations += zs_roots_solve(&w->roots, s->eval, s->program, &s->frame);
+  for (unsigned i = 0; i < w->roots.count; i++) {
+    zs_crease *crease = w->crease[w->of_line[i]];
+    const float place[3] = {w->roots.found[0][i], w->roots.found[1][i], w->roots.found[2][i]};
+    if (s->around && !accept(s, crease, place))
+      continue;
+    memcpy(crease->place, place, sizeof place);
+    crease->settled = true;
+  }
   w->count = 0;
 }
 
-/* Settle the creases whose space is within the brick, or the others. */
-static void settle_all_of(const zs_polygonize_job *job, zs_polygonize_worker *worker,
-                          const zs_brick *brick, bool within, zs_eval *eval,
-                          const zs_program *program)
+/* Settle those of a brick's creases that have not yet, in blocks: all, or those
+ * in inner cells or in others. */
+static void settle_some(const settling *s, bool inner, bool outer)
 {
-  settler *w = worker->scratch;
+  settler *w = s->worker->scratch;
   w->count = 0;
-  for (uint32_t i = 0; i < brick->crease_count; i++) {
-    if (reaches_within(brick->creases[i].cell) != within)
+  for (uint32_t i = 0; i < s->brick->crease_count; i++) {
+    zs_crease *crease = &s->brick->creases[i];
+    if (crease->settled || !(is_inner_cell(crease->cell) ? inner : outer))
       continue;
-    w->crease[w->count++] = &brick->creases[i];
+    w->crease[w->count++] = crease;
     if (w->count == ZS_BLOCK)
-      settle(job, worker, brick, eval, program);
+      settle(s);
   }
   if (w->count)
-    settle(job, worker, brick, eval, program);
+    settle(s);
 }
 
 static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
                         const zs_program *program)
 {
   zs_polygonize_job *job = visitor;
-  zs_polygonize_worker *worker = &job->workers[thread];
   /* The table's bricks are the job's own. */
   zs_brick *brick = (zs_brick *)zs_lattice_brick(job, index);
-  settle_all_of(job, worker, brick, true, eval, program);
-  settle_all_of(job, worker, brick, false, eval, zs_field_program(job->field));
+  if (!brick->crease_count)
+    return;
+  settling s = {.job = job, .worker = &job->workers[thread], .brick = brick, .eval = eval,
+                .program = program, .around = true, .frame = zs_brick_frame(job, brick)};
+  settle_some(&s, true, false);
+  s.program = zs_field_program(job->field); /* the brick's ends at its sides */
+  settle_some(&s, false, true);
+  s.program = program;
+  s.around = false;
+  settle_some(&s, true, true);
+  for (uint32_t i = 0; i < brick->crease_count; i++)
+    if (!brick->creases[i].settled)
+      brick->creases[i].edges = 0;
   zs_brick_compact_creases(brick);
 }
 

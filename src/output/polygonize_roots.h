@@ -14,7 +14,8 @@ typedef enum zs_root_item {
   ZS_ROOT_WIDTH,
   ZS_ROOT_F_LOW,     /* f at the ends of the bracket */
   ZS_ROOT_F_HIGH,
-  ZS_ROOT_SIDE,      /* 1 when the lower end moved last, -1 when the upper did */
+  ZS_ROOT_SIDE,      /* 1 when the lower end moved last, -1 when the upper did, else 0 */
+  ZS_ROOT_REACH,     /* see next_place */
   ZS_ROOT_TOLERANCE, /* half the width that is narrow enough */
   ZS_ROOT_LEAST,     /* roots stay this far from the ends of the line */
   ZS_ROOT_ITEMS

@@ -39,6 +39,8 @@ typedef struct sampling {
   zs_eval *eval;
   const zs_program *program;
   zs_frame frame;
+  float per_cell[3]; /* 1 / side of a cell */
+  float reach;       /* how far from the surface corners are kept */
 } sampling;
 
 static size_t table_place(const zs_polygonize_job *job, const uint32_t index[3])
@@ -67,14 +69,13 @@ static bool real_range(const zs_polygonize_job *job, const uint32_t index[3], ra
   return true;
 }
 
-uint16_t zs_lattice_row_mask(const zs_polygonize_job *job, const zs_brick *brick, unsigned row)
+/* Bits of the corners of a row that are not pads. */
+static unsigned row_mask(const range *real, unsigned row)
 {
-  range real;
   unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
-  if (!real_range(job, brick->index, &real) || y < real.lo[1] || y >= real.hi[1] ||
-      z < real.lo[2] || z >= real.hi[2])
+  if (y < real->lo[1] || y >= real->hi[1] || z < real->lo[2] || z >= real->hi[2])
     return 0;
-  return (uint16_t)(((1u << real.hi[0]) - 1) & ~((1u << real.lo[0]) - 1));
+  return ((1u << real->hi[0]) - 1) & ~((1u << real->lo[0]) - 1);
 }
 
 zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick)
@@ -133,34 +134,37 @@ static bool inside(float f)
   return f >= 0;
 }
 
-/* Whether a corner may be close enough to the surface to be moved, as far as
- * the brick's samples tell; corners at the brick's sides may have a sign change
- * that it does not know of. */
+/* Bits of a row's corners whose edges may cross the surface: those with a sign
+ * change to a neighbour in the brick, and those at the brick's sides, which may
+ * have one to a neighbour outside. */
+static unsigned near_change(const zs_brick *brick, unsigned row)
+{
+  const unsigned sides = 1u | 1u << (ZS_BRICK - 1);
+  const unsigned y = row % ZS_BRICK, z = row / ZS_BRICK, signs = brick->signs[row];
+  if (y == 0 || y == ZS_BRICK - 1 || z == 0 || z == ZS_BRICK - 1)
+    return 0xffff;
+  unsigned along = signs ^ signs >> 1;
+  return sides | along | along << 1 | (signs ^ brick->signs[row - 1]) |
+         (signs ^ brick->signs[row + 1]) | (signs ^ brick->signs[row - ZS_BRICK]) |
+         (signs ^ brick->signs[row + ZS_BRICK]);
+}
+
+/* Whether a corner may be close enough to the surface to be moved, as far as the
+ * brick's samples tell its slope. */
 static bool is_candidate(const sampling *s, const unsigned at[3])
 {
   static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
   const sampler *w = s->worker->scratch;
   const unsigned corner = at[0] + stride[1] * at[1] + stride[2] * at[2];
-  const float f = w->f[corner];
-  bool change = false;
-  float square = 0, shortest = INFINITY;
+  const float f = w->f[corner], limit = SLOPE_MARGIN * s->reach;
+  float square = 0;
   for (int k = 0; k < 3; k++) {
-    float cell = (float)s->job->cell[k], steepest = 0;
-    shortest = fminf(shortest, cell);
-    change = change || at[k] == 0 || at[k] == ZS_BRICK - 1;
-    if (at[k] > s->real.lo[k]) {
-      float below = w->f[corner - stride[k]];
-      steepest = fabsf(below - f);
-      change = change || inside(below) != inside(f);
-    }
-    if (at[k] + 1 < s->real.hi[k]) {
-      float above = w->f[corner + stride[k]];
-      steepest = fmaxf(steepest, fabsf(above - f));
-      change = change || inside(above) != inside(f);
-    }
-    square += steepest / cell * (steepest / cell);
+    float below = at[k] > s->real.lo[k] ? fabsf(w->f[corner - stride[k]] - f) : 0;
+    float above = at[k] + 1 < s->real.hi[k] ? fabsf(w->f[corner + stride[k]] - f) : 0;
+    float slope = (above > below ? above : below) * s->per_cell[k];
+    square += slope * slope;
   }
-  return change && fabsf(f) < SLOPE_MARGIN * REPULSION * shortest * sqrtf(square);
+  return f * f < limit * limit * square;
 }
 
 static void corner_place(const sampling *s, unsigned corner, float place[3])
@@ -193,16 +197,14 @@ static bool on_lower_side(unsigned corner, int axis)
 static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
 {
   sampler *w = s->worker->scratch;
-  const double *cell = s->job->cell;
-  const float reach = REPULSION * (float)fmin(cell[0], fmin(cell[1], cell[2]));
   unsigned kept = 0;
   for (unsigned i = 0; i < w->candidates; i++) {
     float g[3] = {w->result[1][i], w->result[2][i], w->result[3][i]};
     float slope = hypotf(hypotf(g[0], g[1]), g[2]);
     float distance = fabsf(w->f[w->corner[i]]) / slope;
-    if (!(distance < reach) || !isfinite(slope))
+    if (!(distance < s->reach) || !isfinite(slope))
       continue;
-    float step = (reach - distance) / slope;
+    float step = (s->reach - distance) / slope;
     if (!inside(w->f[w->corner[i]]))
       step = -step;
     for (int k = 0; k < 3; k++)
@@ -256,15 +258,19 @@ static void repel(const sampling *s)
       hi[k]--;
   }
   w->candidates = w->moved_count = 0;
+  const unsigned inner = ((1u << hi[0]) - 1) & ~((1u << lo[0]) - 1);
   for (at[2] = lo[2]; at[2] < hi[2]; at[2]++)
-    for (at[1] = lo[1]; at[1] < hi[1]; at[1]++)
-      for (at[0] = lo[0]; at[0] < hi[0]; at[0]++)
-        if (is_candidate(s, at)) {
-          w->corner[w->candidates++] =
-            (uint16_t)(at[2] * ZS_BRICK_ROWS + at[1] * ZS_BRICK + at[0]);
-          if (w->candidates == ZS_BLOCK)
-            move_candidates(s);
-        }
+    for (at[1] = lo[1]; at[1] < hi[1]; at[1]++) {
+      const unsigned row = at[2] * ZS_BRICK + at[1];
+      for (unsigned bits = near_change(s->brick, row) & inner; bits; bits &= bits - 1) {
+        at[0] = (unsigned)__builtin_ctz(bits);
+        if (!is_candidate(s, at))
+          continue;
+        w->corner[w->candidates++] = (uint16_t)(row * ZS_BRICK + at[0]);
+        if (w->candidates == ZS_BLOCK)
+          move_candidates(s);
+      }
+    }
   move_candidates(s);
 }
 
@@ -272,10 +278,10 @@ static void repel(const sampling *s)
 
 /* Edges along an axis that start in a row, lie in the brick and cross the
  * surface; pads left out. */
-static unsigned inner_edges(const zs_polygonize_job *job, const zs_brick *brick, unsigned row,
+static unsigned inner_edges(const range *real, const zs_brick *brick, unsigned row,
                             unsigned axis)
 {
-  unsigned signs = brick->signs[row], mask = zs_lattice_row_mask(job, brick, row);
+  unsigned signs = brick->signs[row], mask = row_mask(real, row);
   unsigned other = row;
   if (axis == 0)
     return (signs ^ signs >> 1) & mask & mask >> 1;
@@ -285,7 +291,7 @@ static unsigned inner_edges(const zs_polygonize_job *job, const zs_brick *brick,
     other = row + ZS_BRICK;
   else
     return 0;
-  return (signs ^ brick->signs[other]) & mask & zs_lattice_row_mask(job, brick, other);
+  return (signs ^ brick->signs[other]) & mask & row_mask(real, other);
 }
 
 /* Keep the values at the ends of the crossing edges within the brick.  False
@@ -297,14 +303,14 @@ static bool keep_ends(const sampling *s)
   size_t count = 0;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned axis = 0; axis < 3; axis++)
-      count += (unsigned)__builtin_popcount(inner_edges(s->job, s->brick, row, axis));
+      count += (unsigned)__builtin_popcount(inner_edges(&s->real, s->brick, row, axis));
   float(*ends)[2] = zs_arena_alloc(&s->worker->arena, count, sizeof *ends);
   if (!ends)
     return false;
   s->brick->ends = (const float(*)[2])ends;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned axis = 0; axis < 3; axis++)
-      for (unsigned edges = inner_edges(s->job, s->brick, row, axis); edges; edges &= edges - 1) {
+      for (unsigned edges = inner_edges(&s->real, s->brick, row, axis); edges; edges &= edges - 1) {
         unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
         float a = w->f[start], b = w->f[start + stride[axis]];
         (*ends)[0] = inside(a) ? a : b;
@@ -353,6 +359,9 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   memcpy(s.brick->index, index, sizeof s.brick->index);
   s.brick->sampled = true;
   s.frame = zs_brick_frame(job, s.brick);
+  s.reach = REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
+  for (int k = 0; k < 3; k++)
+    s.per_cell[k] = (float)(1 / job->cell[k]);
   for (unsigned z = s.real.lo[2]; z < s.real.hi[2]; z++)
     sample_layer(&s, z);
   repel(&s);
@@ -443,8 +452,10 @@ static bool make_cap_brick(zs_polygonize_job *job, const uint32_t index[3])
   if (!brick)
     return zs_fail_memory(job->diag);
   memcpy(brick->index, index, sizeof brick->index);
+  range real;
+  real_range(job, index, &real); /* it holds corners that are not pads */
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    brick->signs[row] = zs_lattice_row_mask(job, brick, row);
+    brick->signs[row] = (uint16_t)row_mask(&real, row);
   job->table[table_place(job, index)] = brick;
   return true;
 }
@@ -480,6 +491,8 @@ static bool list_active(zs_polygonize_job *job)
  * crossing edge is left without an owner. */
 static void obey_neighbours(const zs_polygonize_job *job, zs_brick *brick)
 {
+  range real;
+  real_range(job, brick->index, &real); /* it holds corners that are not pads */
   for (unsigned d = 1; d < 8; d++) {
     uint32_t at[3];
     bool exists = true;
@@ -497,7 +510,7 @@ static void obey_neighbours(const zs_polygonize_job *job, zs_brick *brick)
     for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
       if ((d & 2 && row % ZS_BRICK) || (d & 4 && row / ZS_BRICK))
         continue;
-      unsigned proven = below == &job->outside ? 0 : zs_lattice_row_mask(job, brick, row);
+      unsigned proven = below == &job->outside ? 0 : row_mask(&real, row);
       unsigned signs = (brick->signs[row] & ~bits) | (proven & bits);
       if (signs != brick->signs[row])
         brick->ends = NULL;
