@@ -2,7 +2,8 @@
 dist_doc_DATA += \
   doc/architecture.md \
   doc/language.md \
-  doc/nodes.md
+  doc/nodes.md \
+  doc/performance.md
 dist_man_MANS = doc/zeroset.1
 bashcompletiondir = $(datadir)/bash-completion/completions
 dist_bashcompletion_DATA = doc/zeroset.bash
