@@ -70,10 +70,11 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads)
   sum->count = sum->whole_count = rbf->count;
   sum->centres = centres;
   memcpy(sum->polynomial, rbf->polynomial, rbf->terms * sizeof *sum->polynomial);
-  sum->tolerance = RESOLUTION * typical_slope(sum);
+  const double slope = typical_slope(sum);
+  sum->tolerance = RESOLUTION * slope;
   sum->expand = zs_series_expand_select();
   sum->layout = zs_series_layout_new(ZS_SERIES_LONG);
-  sum->tree = zs_rbf_tree_new(sum->kernel, centres, sum->count, sum->polynomial, threads);
+  sum->tree = zs_rbf_tree_new(sum, slope, threads);
   if (!sum->layout || !sum->tree) {
     zs_rbf_sum_free(sum);
     return NULL;

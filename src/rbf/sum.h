@@ -7,6 +7,7 @@
 
 #include "field/operation.h"
 #include "rbf/fit.h"
+#include "rbf/series.h"
 #include "rbf/tree.h"
 
 /* Data of the operations; immutable, shared by threads.

@@ -9,13 +9,22 @@
 enum {
   TOP = 4,               /* octrees along each side of the cube */
   TOPS = TOP * TOP * TOP,
-  DEPTH = 5              /* divisions of a top cell */
+  DEPTH = 7              /* divisions of a top cell: to a fiftieth of the unit box */
 };
-static const double HALF = 1.25; /* half the cube's side */
+static const double HALF = 5; /* half the cube's side */
 
-/* Centres with q below the first are expanded once for a cell and all below it;
- * below the second, for each cell anew; the others are bounded one by one. */
-static const double INHERITED = 0.25, EXPANDED = 0.9;
+/* The series of centres with h < EXPANDED R are worth more than what is known
+ * of them one by one; h is the radius of the ball around a cell. */
+static const double EXPANDED = 0.9;
+/* A cell's series serve all cells below it, down to the smallest.  They leave
+ * out no more in all than this part of what f varies in those. */
+static const double INHERITED = 0.5;
+
+/* Visits of centres that an octree may cost, by their number; the rest of the
+ * work is alike.  It ends there where f is no more than its own rounding. */
+static const double MOST_WORK = 700;
+/* Cells away from the unit box are no smaller than this part of the distance. */
+static const double GRADING = 0.1;
 
 /* f over a cell lies in lo .. hi. */
 typedef struct node {
@@ -32,16 +41,15 @@ struct zs_rbf_tree {
 typedef struct grown {
   node *nodes;
   size_t count, capacity;
+  double work; /* centres visited */
 } grown;
 
 /* What is the same for all cells. */
 typedef struct builder {
+  const zs_rbf_sum *sum;
   zs_series_layout *layout;
-  zs_rbf_kernel kernel;
-  const zs_rbf_centre *centres;
-  size_t count;
-  zs_series_expand *expand;
-  double rounding; /* of block sums */
+  double polynomial; /* sum of its coefficients' sizes */
+  double inherited;  /* what the series of a centre of unit weight may leave out */
 } builder;
 
 /* One thread's lists of centres: those near the cell of each level, and those
@@ -50,10 +58,11 @@ typedef struct scratch {
   uint32_t *near[DEPTH + 2], *expanded;
 } scratch;
 
-/* A cell: the series of everything that is not near, off by at most `error`. */
+/* A cell: the series of everything that is not near, off by at most `error`;
+ * `mass` bounds the terms of that part, added up without their signs. */
 typedef struct cell {
   double middle[3], half;
-  double series[ZS_SERIES_SHORT_TERMS], error;
+  double series[ZS_SERIES_SHORT_TERMS], error, mass;
   const uint32_t *near;
   size_t near_count;
 } cell;
@@ -81,7 +90,7 @@ static void polynomial_bounds(const zs_series_layout *layout, const double c[ZS_
 
 static double distance(const builder *b, const double middle[3], uint32_t centre)
 {
-  const zs_rbf_centre *c = &b->centres[centre];
+  const zs_rbf_centre *c = &b->sum->centres[centre];
   double x = middle[0] - c->x, y = middle[1] - c->y, z = middle[2] - c->z;
   return sqrt(x * x + y * y + z * z);
 }
@@ -94,7 +103,7 @@ static double radius_of(const cell *c)
 /* What the series of a centre leaves out. */
 static double remainder_of(const builder *b, uint32_t centre, double distance, double q)
 {
-  return fabs(b->centres[centre].weight) * zs_series_remainder(b->layout, b->kernel, distance, q);
+  return fabs(b->sum->centres[centre].weight) * zs_series_remainder(b->layout, b->sum->kernel, distance, q);
 }
 
 /* Enclose phi (r) over r_lo .. r_hi. */
@@ -109,30 +118,69 @@ static void kernel_range(zs_rbf_kernel kernel, double r_lo, double r_hi, double 
     *lo = -exp(-1) / n;
 }
 
+/* Some centres: their weights without signs, and how far the farthest is. */
+typedef struct load {
+  double weights, distance;
+} load;
+
+static inline void add_load(load *l, double weight, double distance)
+{
+  l->weights += fabs(weight);
+  l->distance = distance > l->distance ? distance : l->distance;
+}
+
+/* What the terms of centres add up to, without their signs, up to h from where
+ * the distances are measured. */
+static double mass_of(const builder *b, const load *l, double h)
+{
+  double lo, hi;
+  kernel_range(b->sum->kernel, 0, l->distance + h, &lo, &hi);
+  return l->weights * fmax(-lo, hi);
+}
+
+/* The same for the polynomial. */
+static double polynomial_mass(const builder *b, const cell *c)
+{
+  double reach = 1 + radius_of(c);
+  for (int k = 0; k < 3; k++)
+    reach += fabs(c->middle[k]);
+  return b->polynomial * reach * reach;
+}
+
 /* A cell inside `parent`.  `near` has room for the parent's. */
 static void make_cell(const builder *b, const cell *parent, const double middle[3], double half,
                       uint32_t *near, uint32_t *expanded, cell *c)
 {
   double by[3];
-  *c = (cell){.half = half, .error = parent->error, .near = near};
+  *c = (cell){.half = half, .error = parent->error, .mass = parent->mass, .near = near};
   for (int k = 0; k < 3; k++) {
     c->middle[k] = middle[k];
     by[k] = middle[k] - parent->middle[k];
   }
   zs_series_shift(b->layout, parent->series, by, c->series);
   const double h = radius_of(c);
+  load absorbed = {0};
   size_t count = 0;
   for (size_t i = 0; i < parent->near_count; i++) {
     const uint32_t centre = parent->near[i];
     const double r = distance(b, middle, centre);
-    if (h < INHERITED * r) {
+    if (h < 0.5 * r && zs_series_remainder(b->layout, b->sum->kernel, r, h / r) < b->inherited) {
       expanded[count++] = centre;
       c->error += remainder_of(b, centre, r, h / r);
+      add_load(&absorbed, b->sum->centres[centre].weight, r);
     } else {
       near[c->near_count++] = centre;
     }
   }
-  b->expand(b->layout, b->kernel, middle, b->centres, expanded, count, c->series);
+  c->mass += mass_of(b, &absorbed, h);
+  b->sum->expand(b->layout, b->sum->kernel, middle, b->sum->centres, expanded, count, c->series);
+}
+
+/* A bound for what rounding makes of sums whose terms add up to `mass` without
+ * their signs: in blocks, in whatever order, and in series. */
+static double rounding_of(const builder *b, double mass)
+{
+  return mass * ((double)b->sum->count * 1.2e-16 + 1e-14);
 }
 
 /* What a cell's enclosure is off by, and f in its middle: little work, compared
@@ -142,25 +190,27 @@ static double error_of(const builder *b, const cell *c, uint32_t *expanded, size
                        double *constant, double *value)
 {
   const double h = radius_of(c);
-  double error = c->error + b->rounding;
+  double error = c->error + b->sum->tolerance;
+  load near = {0};
   *count = 0;
   *constant = 0;
   *value = c->series[0];
   for (size_t i = 0; i < c->near_count; i++) {
     const uint32_t centre = c->near[i];
-    const double r = distance(b, c->middle, centre), weight = b->centres[centre].weight;
-    *value += weight * zs_rbf_phi(b->kernel, r * r);
+    const double r = distance(b, c->middle, centre), weight = b->sum->centres[centre].weight;
+    *value += weight * zs_rbf_phi(b->sum->kernel, r * r);
+    add_load(&near, weight, r);
     if (h < EXPANDED * r) {
       expanded[(*count)++] = centre;
       error += remainder_of(b, centre, r, h / r);
     } else {
       double lo, hi;
-      kernel_range(b->kernel, fmax(r - h, 0), r + h, &lo, &hi);
+      kernel_range(b->sum->kernel, fmax(r - h, 0), r + h, &lo, &hi);
       *constant += weight * (lo + hi) / 2;
       error += fabs(weight) * (hi - lo) / 2;
     }
   }
-  return error;
+  return error + rounding_of(b, c->mass + mass_of(b, &near, h) + polynomial_mass(b, c));
 }
 
 /* Enclose f over a cell; without ends when the middle alone shows that no sign
@@ -174,7 +224,7 @@ static node enclose(const builder *b, const cell *c, uint32_t *expanded)
     return (node){-INFINITY, INFINITY, 0};
   memcpy(series, c->series, sizeof series);
   series[0] += constant;
-  b->expand(b->layout, b->kernel, c->middle, b->centres, expanded, count, series);
+  b->sum->expand(b->layout, b->sum->kernel, c->middle, b->sum->centres, expanded, count, series);
   polynomial_bounds(b->layout, series, c->half, &lo, &hi);
   return (node){nextafterf((float)(lo - error), -INFINITY),
                 nextafterf((float)(hi + error), INFINITY), 0};
@@ -195,14 +245,24 @@ static uint32_t add_children(grown *g)
   return (uint32_t)(g->count - 8);
 }
 
-/* Enclose f over a cell, dividing it while no sign is certain and `level` is
- * not the last.  False when memory is out. */
+static bool is_small(const cell *c, int level)
+{
+  double distance = 0;
+  for (int k = 0; k < 3; k++)
+    distance = fmax(distance, fabs(c->middle[k]) - c->half - 0.5);
+  return level == DEPTH || c->half < GRADING * distance;
+}
+
+/* Enclose f over a cell, dividing it while no sign is certain and it is not
+ * small.  False when memory is out. */
 static bool grow(const builder *b, const scratch *s, grown *g, size_t index, const cell *c,
                  int level)
 {
   node whole = enclose(b, c, s->expanded);
   g->nodes[index] = whole;
-  if (level == DEPTH || whole.lo >= 0 || whole.hi < 0)
+  g->work += (double)c->near_count;
+  if (whole.lo >= 0 || whole.hi < 0 || is_small(c, level) ||
+      g->work > MOST_WORK * (double)b->sum->count)
     return true;
   const uint32_t first = add_children(g);
   if (!first)
@@ -235,7 +295,7 @@ static void top_middle(unsigned index, double middle[3])
 static bool grow_top(const builder *b, const cell *all, unsigned index, grown *g)
 {
   scratch s;
-  uint32_t *lists = malloc((DEPTH + 3) * b->count * sizeof *lists);
+  uint32_t *lists = malloc((DEPTH + 3) * b->sum->count * sizeof *lists);
   g->nodes = malloc(sizeof *g->nodes);
   g->count = g->capacity = 1;
   bool done = lists && g->nodes;
@@ -243,8 +303,8 @@ static bool grow_top(const builder *b, const cell *all, unsigned index, grown *g
     double middle[3];
     cell top;
     for (int level = 0; level < DEPTH + 2; level++)
-      s.near[level] = lists + (size_t)level * b->count;
-    s.expanded = lists + (size_t)(DEPTH + 2) * b->count;
+      s.near[level] = lists + (size_t)level * b->sum->count;
+    s.expanded = lists + (size_t)(DEPTH + 2) * b->sum->count;
     top_middle(index, middle);
     make_cell(b, all, middle, HALF / TOP, s.near[0], s.expanded, &top);
     done = grow(b, &s, g, 0, &top, 0);
@@ -280,45 +340,40 @@ static zs_rbf_tree *join(const grown tops[TOPS])
   return tree;
 }
 
-/* A bound for what adding up a block's sums in double precision can be off, in
- * whatever order. */
-static double rounding_of(const builder *b, const double polynomial[10])
+static bool grow_all(const builder *b, grown tops[TOPS], unsigned threads)
 {
-  const double farthest = 1.7320508075688774 * (HALF + 0.5);
-  double lo, hi, sum = 0;
-  kernel_range(b->kernel, 0, farthest, &lo, &hi);
-  for (size_t j = 0; j < b->count; j++)
-    sum += fabs(b->centres[j].weight) * fmax(-lo, hi);
-  for (int k = 0; k < 10; k++)
-    sum += fabs(polynomial[k]) * HALF * HALF;
-  return sum * (double)(b->count + ZS_SERIES_SHORT_TERMS) * 4.5e-16;
+  const size_t count = b->sum->count;
+  uint32_t *list = malloc(count * sizeof *list);
+  if (!list)
+    return false;
+  for (size_t j = 0; j < count; j++)
+    list[j] = (uint32_t)j;
+  /* The first ten monomials are those of the fit. */
+  cell all = {.half = HALF, .near = list, .near_count = count};
+  memcpy(all.series, b->sum->polynomial, sizeof b->sum->polynomial);
+  bool done = true;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : done)
+  for (unsigned t = 0; t < TOPS; t++)
+    done = grow_top(b, &all, t, &tops[t]) && done;
+  free(list);
+  return done;
 }
 
-zs_rbf_tree *zs_rbf_tree_new(zs_rbf_kernel kernel, const zs_rbf_centre *centres, size_t count,
-                             const double polynomial[10], unsigned threads)
+zs_rbf_tree *zs_rbf_tree_new(const zs_rbf_sum *sum, double slope, unsigned threads)
 {
-  builder b = {.kernel = kernel, .centres = centres, .count = count, 
-               .layout = zs_series_layout_new(ZS_SERIES_SHORT),
-               .expand = zs_series_expand_select()};
-  b.rounding = rounding_of(&b, polynomial);
+  builder b = {.sum = sum, .layout = zs_series_layout_new(ZS_SERIES_SHORT)};
+  double weights = 0;
+  for (size_t j = 0; j < sum->count; j++)
+    weights += fabs(sum->centres[j].weight);
+  for (int k = 0; k < 10; k++)
+    b.polynomial += fabs(sum->polynomial[k]);
+  b.inherited = INHERITED * slope * ldexp(HALF / TOP, -DEPTH) / weights;
   grown *tops = calloc(TOPS, sizeof *tops);
-  uint32_t *list = malloc(count * sizeof *list);
-  bool done = b.layout && tops && list;
-  if (done) {
-    for (size_t j = 0; j < count; j++)
-      list[j] = (uint32_t)j;
-    /* The first ten monomials are those of the fit. */
-    cell all = {.half = HALF, .near = list, .near_count = count};
-    memcpy(all.series, polynomial, 10 * sizeof *polynomial);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : done)
-    for (unsigned t = 0; t < TOPS; t++)
-      done = grow_top(&b, &all, t, &tops[t]) && done;
-  }
+  bool done = b.layout && tops && grow_all(&b, tops, threads);
   zs_rbf_tree *tree = done ? join(tops) : NULL;
   for (unsigned t = 0; tops && t < TOPS; t++)
     free(tops[t].nodes);
   free(tops);
-  free(list);
   free(b.layout);
   return tree;
 }

@@ -184,12 +184,14 @@ static void bounds_hold_samples(void **state)
     for (int round = 0; round < 25; round++) {
       static rows in[3], out;
       zs_bounds boxes[3], f;
+      /* Most of them about the centres. */
+      const double reach = round % 5 ? 0.8 : 5;
       for (int l = 0; l < ZS_LANES; l++)
         for (int k = 0; k < 3; k++) {
           double half = exp(random_between(&seed, log(0.002), log(0.6)));
-          double middle = random_between(&seed, half - 1.25, 1.25 - half);
-          boxes[k].lo[l] = fmaxf((float)(middle - half), -1.25f);
-          boxes[k].hi[l] = fminf((float)(middle + half), 1.25f);
+          double middle = random_between(&seed, half - reach, reach - half);
+          boxes[k].lo[l] = fmaxf((float)(middle - half), (float)-reach);
+          boxes[k].hi[l] = fminf((float)(middle + half), (float)reach);
         }
       zs_bounds_arguments a = {.data = sum, .in = {&boxes[0], &boxes[1], &boxes[2]}, .out = &f};
       const zs_kernels *kernels = zs_rbf_sum_operation(sum->kernel)->kernels[0];
@@ -322,7 +324,7 @@ static void bounds_are_unknown_outside(void **state)
   (void)state;
   zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 40, 4);
   zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 1);
-  const float boxes[][2] = {{-1, 1.3f}, {-INFINITY, INFINITY}, {NAN, NAN}, {2, 3}};
+  const float boxes[][2] = {{-1, 5.5f}, {-INFINITY, INFINITY}, {NAN, NAN}, {12, 13}};
   for (size_t i = 0; i < sizeof boxes / sizeof *boxes; i++) {
     float f[2];
     const float lo[3] = {0, boxes[i][0], 0}, hi[3] = {0.5f, boxes[i][1], 0.5f};
