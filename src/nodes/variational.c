@@ -119,8 +119,48 @@ static void add_area_normals(const zs_mesh *mesh, zs_rbf_sample *samples)
   }
 }
 
-static bool add_mesh(zs_rbf_samples *list, const char *path, zs_diag *diag)
+/* Six times the volume that a mesh encloses, negative when its triangles are
+ * clockwise seen from outside; about a vertex, so that meshes that are almost
+ * closed count too. */
+static double signed_volume(const zs_mesh *mesh, const zs_rbf_sample *samples)
 {
+  double volume = 0;
+  for (size_t t = 0; t < mesh->triangle_count; t++) {
+    double v[3][3];
+    for (int i = 0; i < 3; i++)
+      for (int k = 0; k < 3; k++)
+        v[i][k] = samples[mesh->triangles[3 * t + (size_t)i]].position[k] - samples[0].position[k];
+    for (int k = 0; k < 3; k++)
+      volume += v[0][k] * (v[1][(k + 1) % 3] * v[2][(k + 2) % 3] -
+                           v[1][(k + 2) % 3] * v[2][(k + 1) % 3]);
+  }
+  return volume;
+}
+
+/* Warn of a mesh that is inside out by a good part of its box. */
+static void check_orientation(const zs_node *part, const zs_mesh *mesh,
+                              const zs_rbf_sample *samples, zs_diag *diag)
+{
+  double box = 1;
+  for (int k = 0; k < 3; k++) {
+    double lo = INFINITY, hi = -INFINITY;
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+      lo = fmin(lo, samples[i].position[k]);
+      hi = fmax(hi, samples[i].position[k]);
+    }
+    box *= hi - lo;
+  }
+  if (signed_volume(mesh, samples) / 6 >= -0.05 * box)
+    return;
+  const zs_place place = zs_node_place(part, "src");
+  zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
+            "the mesh is inside out: its triangles are clockwise seen from outside, so the solid "
+            "is what lies around it");
+}
+
+static bool add_mesh(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
+{
+  const char *path = ((const struct file_part *)part->parameters)->src;
   zs_mesh *mesh = zs_mesh_read(path, diag);
   bool done = mesh != NULL;
   const size_t first = list->count;
@@ -133,8 +173,10 @@ static bool add_mesh(zs_rbf_samples *list, const char *path, zs_diag *diag)
     }
     done = zs_rbf_samples_add(list, &sample, diag);
   }
-  if (done && !mesh->normals)
+  if (done && !mesh->normals) {
     add_area_normals(mesh, list->samples + first);
+    check_orientation(part, mesh, list->samples + first, diag);
+  }
   bool directed = list->count == first;
   for (size_t i = first; done && !directed && i < list->count; i++)
     for (int k = 0; k < 3; k++)
@@ -178,7 +220,7 @@ static bool gather(const zs_node *node, zs_rbf_samples *list, zs_diag *diag)
     const zs_node *part = node->children[i];
     const struct file_part *file = part->parameters;
     if (part->kind == &mesh_part)
-      done = add_mesh(list, file->src, diag);
+      done = add_mesh(list, part, diag);
     else if (part->kind == &points_part)
       done = add_points(list, file->src, diag);
     else

@@ -5,4 +5,5 @@ zs_tests += \
   tests/files/test_volume
 tests_files_test_image_SOURCES = tests/files/test_image.c tests/files/scratch.h
 tests_files_test_volume_SOURCES = tests/files/test_volume.c tests/files/scratch.h
-tests_files_test_points_SOURCES = tests/files/test_points.c tests/files/scratch.h
+tests_files_test_points_SOURCES = \
+  tests/files/test_points.c tests/files/scratch.h tests/random.h

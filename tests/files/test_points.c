@@ -1,4 +1,5 @@
 /* Reading point sets: every form of file, and what is wrong with bad ones. */
+#include "../random.h"
 #include "files/points.h"
 #include "scratch.h"
 
@@ -245,6 +246,44 @@ static void binary_and_absent_files(void **state)
   assert_int_equal(diag.status, ZS_ERROR_IO);
 }
 
+/* Whatever the bytes, a file is read or refused with one error. */
+static void damaged_files_are_read_or_refused(void **state)
+{
+  (void)state;
+  static const char *const whole[] = {
+    "x y z value\n1 2 3 4\n-5e2 6 7. 8\n",
+    "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list uchar int v\n"
+    "element vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    "\1aaaa0123456789ab0123456789ab"};
+  static const char likely[] = "0123456789 \n\t.,-+e#xyznply";
+  uint64_t seed = 20;
+  unsigned read = 0, refused = 0;
+  for (int i = 0; i < 2000; i++) {
+    char bytes[512];
+    size_t length = strlen(whole[i % 2]);
+    memcpy(bytes, whole[i % 2], length);
+    for (unsigned change = random_below(&seed, 4) + 1; change-- > 0;) {
+      size_t at = random_below(&seed, (unsigned)length);
+      bytes[at] = random_below(&seed, 4) ? likely[random_below(&seed, sizeof likely - 1)]
+                                         : (char)random_below(&seed, 256);
+    }
+    zs_diag diag = {0};
+    zs_points points;
+    if (zs_points_read(&points, write_file(bytes, length), &diag)) {
+      read++;
+      assert_int_equal(diag.errors, 0);
+      for (size_t k = 0; k < 3 * points.count; k++)
+        assert_true(isfinite(points.positions[k]));
+      zs_points_clear(&points);
+    } else {
+      refused++;
+      assert_int_equal(diag.errors, 1);
+      assert_null(points.positions);
+    }
+  }
+  assert_true(read > 100 && refused > 100);
+}
+
 static int set_up(void **state)
 {
   (void)state;
@@ -268,6 +307,7 @@ int main(void)
     cmocka_unit_test(ply_binary),
     cmocka_unit_test(bad_files_are_explained),
     cmocka_unit_test(binary_and_absent_files),
+    cmocka_unit_test(damaged_files_are_read_or_refused),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }

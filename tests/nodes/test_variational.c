@@ -361,6 +361,45 @@ static void mistakes_are_explained(void **state)
   }
 }
 
+/* A cube whose triangles are turned the wrong way round is fitted, as what lies
+ * around it, with a warning. */
+static void inside_out_meshes_are_noticed(void **state)
+{
+  (void)state;
+  static const int faces[6][4] = {{1, 2, 4, 3}, {5, 7, 8, 6}, {1, 5, 6, 2},
+                                  {3, 4, 8, 7}, {1, 3, 7, 5}, {2, 6, 8, 4}};
+  for (int turned = 0; turned <= 1; turned++) {
+    FILE *file = create("cube.obj");
+    for (int i = 0; i < 8; i++)
+      fprintf(file, "v %d %d %d\n", i & 1, i >> 1 & 1, i >> 2);
+    for (int i = 0; i < 6; i++) {
+      const int *f = faces[i];
+      if (turned)
+        fprintf(file, "f %d %d %d %d\n", f[0], f[1], f[2], f[3]);
+      else
+        fprintf(file, "f %d %d %d %d\n", f[3], f[2], f[1], f[0]);
+    }
+    assert_int_equal(fclose(file), 0);
+    seen s = {.message = ""};
+    zs_diag diag = {.report = keep, .context = &s};
+    zs_scene *scene = parse("<variational>\n<mesh src='cube.obj'/></variational>", &diag);
+    zs_field *field = zs_scene_compile(scene, NULL, NULL, &diag);
+    assert_non_null(field);
+    zs_eval *eval = evaluator(field);
+    double middle = zs_eval_point(eval, (double[3]){0.5, 0.5, 0.5});
+    assert_int_equal(diag.errors, 0);
+    assert_int_equal(diag.warnings, turned);
+    assert_true(turned ? middle < 0 : middle > 0);
+    if (turned) {
+      assert_non_null(strstr(s.message, "inside out"));
+      assert_int_equal(s.line, 3);
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+    zs_scene_free(scene);
+  }
+}
+
 static void memory_limits_are_kept(void **state)
 {
   (void)state;
@@ -385,6 +424,7 @@ int main(void)
     cmocka_unit_test(evaluators_agree),
     cmocka_unit_test(fits_are_remembered),
     cmocka_unit_test(mistakes_are_explained),
+    cmocka_unit_test(inside_out_meshes_are_noticed),
     cmocka_unit_test(memory_limits_are_kept),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
