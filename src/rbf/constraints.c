@@ -149,6 +149,7 @@ bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samp
                               double offset, bool both, const zs_control *control,
                               const zs_place *place, zs_diag *diag)
 {
+  (void)control; /* without OpenMP */
   *constraints = (zs_rbf_constraints){0};
   if (!check_samples(samples, place, diag))
     return false;

@@ -103,7 +103,8 @@ static double radius_of(const cell *c)
 /* What the series of a centre leaves out. */
 static double remainder_of(const builder *b, uint32_t centre, double distance, double q)
 {
-  return fabs(b->sum->centres[centre].weight) * zs_series_remainder(b->layout, b->sum->kernel, distance, q);
+  return fabs(b->sum->centres[centre].weight) *
+         zs_series_remainder(b->layout, b->sum->kernel, distance, q);
 }
 
 /* Enclose phi (r) over r_lo .. r_hi. */
@@ -342,6 +343,7 @@ static zs_rbf_tree *join(const grown tops[TOPS])
 
 static bool grow_all(const builder *b, grown tops[TOPS], unsigned threads)
 {
+  (void)threads; /* without OpenMP */
   const size_t count = b->sum->count;
   uint32_t *list = malloc(count * sizeof *list);
   if (!list)
