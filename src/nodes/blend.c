@@ -43,23 +43,6 @@ static zs_value difference_pair(zs_compiler *compiler, const zs_node *node, zs_v
   return join(compiler, node, ZS_BLEND_INTERSECTION, a, zs_emit_negated(compiler, b));
 }
 
-static zs_value union_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, union_pair);
-}
-
-static zs_value intersection_emit(zs_compiler *compiler, const zs_node *node,
-                                  const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, intersection_pair);
-}
-
-static zs_value difference_emit(zs_compiler *compiler, const zs_node *node,
-                                const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, difference_pair);
-}
-
 #define DISPLACEMENT " + a0 / (1 + (a / a1)^2 + (b / a2)^2)"
 #define SOURCE \
   "A. Pasko, V. Savchenko, Blending operations for the functionally based constructive geometry, " \
@@ -104,7 +87,7 @@ const zs_kind zs_kind_blend_union = {
   .parameters_size = sizeof(struct blend),
   .children = ZS_CHILDREN_MANY,
   .formula = "a + b + sqrt(a^2 + b^2)" DISPLACEMENT,
-  .emit = union_emit,
+  .combine = union_pair,
   .box = union_box,
 };
 
@@ -119,7 +102,7 @@ const zs_kind zs_kind_blend_intersection = {
   .parameters_size = sizeof(struct blend),
   .children = ZS_CHILDREN_MANY,
   .formula = "a + b - sqrt(a^2 + b^2)" DISPLACEMENT,
-  .emit = intersection_emit,
+  .combine = intersection_pair,
   .box = intersection_box,
 };
 
@@ -134,6 +117,6 @@ const zs_kind zs_kind_blend_difference = {
   .parameters_size = sizeof(struct blend),
   .children = ZS_CHILDREN_MANY,
   .formula = "a - b - sqrt(a^2 + b^2)" DISPLACEMENT,
-  .emit = difference_emit,
+  .combine = difference_pair,
   .box = difference_box,
 };

@@ -277,7 +277,7 @@ zs_value zs_kind_emit(zs_compiler *compiler, const zs_node *node, const zs_coord
   if (kind->map[0])
     return map_emit(compiler, node, at);
   if (kind->children == ZS_CHILDREN_MANY || kind->children == ZS_CHILDREN_TWO)
-    return zs_children_fold(compiler, node, at, combine);
+    return zs_children_fold(compiler, node, at, kind->combine ? kind->combine : combine);
   zs_coordinates along = zs_coordinates_along(at, axis_of(node));
   zs_value f = kind->children == ZS_CHILDREN_ONE ? zs_children_emit(compiler, node, at) : 0;
   return zs_formula_emit(compiler, node, formula_of(node), &along, f, 0);

@@ -132,7 +132,10 @@ struct zs_kind {
 
   /* Checks that the table cannot say; reports and returns false.  Optional. */
   bool (*check)(const zs_node *node, zs_diag *diag);
-  /* Emits f.  NULL: from the formulas above.  Errors are reported to
+  /* Joins two operands of a set operation or blend, in place of its formula;
+   * folded left over the children.  Optional. */
+  zs_value (*combine)(zs_compiler *compiler, const zs_node *node, zs_value a, zs_value b);
+  /* Emits f.  NULL: from what stands above.  Errors are reported to
    * zs_compiler_diag; any value may then be returned. */
   zs_value (*emit)(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
   /* A box that holds the solid, in the node's coordinates, from those of its
@@ -160,7 +163,8 @@ zs_value zs_formula_emit(zs_compiler *compiler, const zs_node *node, const char 
 /* Lower an author's formula. */
 zs_value zs_author_formula_emit(zs_compiler *compiler, const zs_formula *formula,
                                 const zs_coordinates *at, zs_value f);
-/* Generic emit of a kind from its formulas (what `emit` == NULL does). */
+/* Generic emit of a kind from `combine` or its formulas (what `emit` == NULL
+ * does). */
 zs_value zs_kind_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
 
 #define ZS_COUNT_OF(array) (sizeof(array) / sizeof(array)[0])

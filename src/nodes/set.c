@@ -118,29 +118,6 @@ static zs_value symmetric_difference_pair(zs_compiler *compiler, const zs_node *
                     difference_pair(compiler, node, b, a));
 }
 
-static zs_value union_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, union_pair);
-}
-
-static zs_value intersection_emit(zs_compiler *compiler, const zs_node *node,
-                                  const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, intersection_pair);
-}
-
-static zs_value difference_emit(zs_compiler *compiler, const zs_node *node,
-                                const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, difference_pair);
-}
-
-static zs_value symmetric_difference_emit(zs_compiler *compiler, const zs_node *node,
-                                          const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, symmetric_difference_pair);
-}
-
 #define Q0 "sqrt(a^2 + b^2)"
 #define Q_ALPHA "sqrt(a^2 + b^2 - 2 * alpha * a * b)"
 #define Q_ALPHA_NEGATED "sqrt(a^2 + b^2 + 2 * alpha * a * b)"
@@ -204,7 +181,7 @@ const zs_kind zs_kind_union = {
   .children = ZS_CHILDREN_MANY,
   .variants = union_variants,
   .check = check,
-  .emit = union_emit,
+  .combine = union_pair,
   .box = zs_box_of_union,
 };
 
@@ -221,7 +198,7 @@ const zs_kind zs_kind_intersection = {
   .children = ZS_CHILDREN_MANY,
   .variants = intersection_variants,
   .check = check,
-  .emit = intersection_emit,
+  .combine = intersection_pair,
   .box = zs_box_of_intersection,
 };
 
@@ -239,7 +216,7 @@ const zs_kind zs_kind_difference = {
   .children = ZS_CHILDREN_MANY,
   .variants = difference_variants,
   .check = check,
-  .emit = difference_emit,
+  .combine = difference_pair,
   .box = zs_box_of_first,
 };
 
@@ -256,7 +233,7 @@ const zs_kind zs_kind_symmetric_difference = {
   .children = ZS_CHILDREN_MANY,
   .variants = symmetric_difference_variants,
   .check = check,
-  .emit = symmetric_difference_emit,
+  .combine = symmetric_difference_pair,
   .box = zs_box_of_union,
 };
 

@@ -54,23 +54,6 @@ static zs_value difference_pair(zs_compiler *compiler, const zs_node *node, zs_v
   return join(compiler, node, ZS_BLEND_INTERSECTION, a, zs_emit_negated(compiler, b));
 }
 
-static zs_value union_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, union_pair);
-}
-
-static zs_value intersection_emit(zs_compiler *compiler, const zs_node *node,
-                                  const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, intersection_pair);
-}
-
-static zs_value difference_emit(zs_compiler *compiler, const zs_node *node,
-                                const zs_coordinates *at)
-{
-  return zs_children_fold(compiler, node, at, difference_pair);
-}
-
 /* d: how far the operands are apart; h: how far they are inside the blend. */
 #define QUADRATIC "let h = max(radius - d, 0); let c = h^2 / (4 * radius); "
 #define CUBIC "let h = max(radius - d, 0); let c = h^3 / (6 * radius^2); "
@@ -119,7 +102,7 @@ const zs_kind zs_kind_smooth_union = {
   .parameters_size = sizeof(struct smooth),
   .children = ZS_CHILDREN_MANY,
   .variants = union_variants,
-  .emit = union_emit,
+  .combine = union_pair,
   .box = union_box,
 };
 
@@ -136,7 +119,7 @@ const zs_kind zs_kind_smooth_intersection = {
   .parameters_size = sizeof(struct smooth),
   .children = ZS_CHILDREN_MANY,
   .variants = intersection_variants,
-  .emit = intersection_emit,
+  .combine = intersection_pair,
   .box = zs_box_of_intersection,
 };
 
@@ -153,6 +136,6 @@ const zs_kind zs_kind_smooth_difference = {
   .parameters_size = sizeof(struct smooth),
   .children = ZS_CHILDREN_MANY,
   .variants = difference_variants,
-  .emit = difference_emit,
+  .combine = difference_pair,
   .box = zs_box_of_first,
 };

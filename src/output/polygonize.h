@@ -107,15 +107,10 @@ static inline double zs_lattice_place(const zs_polygonize_job *job, int axis, ui
   return job->lo[axis] + job->cell[axis] * (at - 1);
 }
 
-/* Whether plane i lies on a face of the grid, and whether it is a pad. */
+/* Whether plane i lies on a face of the grid. */
 static inline bool zs_lattice_on_face(const zs_polygonize_job *job, int axis, uint32_t i)
 {
   return i == 1 || i == job->corners[axis] - 2;
-}
-
-static inline bool zs_lattice_is_pad(const zs_polygonize_job *job, int axis, uint32_t i)
-{
-  return i == 0 || i >= job->corners[axis] - 1;
 }
 
 /* Whether the edge that starts at plane i leads to or from a pad. */

@@ -699,11 +699,6 @@ const char *zs_scene_units(const zs_scene *scene)
   return scene->attributes.units;
 }
 
-zs_cache *zs_scene_cache(zs_scene *scene)
-{
-  return scene->cache;
-}
-
 size_t zs_scene_parameter_count(const zs_scene *scene)
 {
   return scene->parameters.count;

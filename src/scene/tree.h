@@ -23,7 +23,6 @@ bool zs_scene_expand(zs_scene *scene, const char *object, zs_arena *arena, zs_tr
  * their inputs (fits, transforms).  Reference counted by the cache and by every
  * field that uses one. */
 typedef struct zs_cache zs_cache;
-zs_cache *zs_scene_cache(zs_scene *scene);
 
 /* How the cache holds one type of data.  `ref` returns its argument. */
 typedef struct zs_cache_type {

@@ -1,1 +1,0 @@
-# This room adds to the lists that Makefile.am describes.
