@@ -82,12 +82,15 @@ typedef struct zs_walk {
   const char *stage;         /* for progress */
   double progress_from, progress_to; /* the part of 0..1 that this walk is */
   void *visitor;
+  /* NULL, or one arena per thread: programs then last as long as these. */
+  zs_arena *programs;
   /* f has one sign over the closed bricks lo <= i < hi: inside when f >= 0
    * everywhere, outside when f < 0 everywhere.  NULL: not wanted.  Called from
    * many threads, for disjoint bricks; never with control->brute. */
   void (*uniform)(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside);
   /* Brick `index` may hold the surface.  Called from many threads, at most once
-   * per brick.  `eval` is the thread's own; `program` ends with the call. */
+   * per brick.  `eval` is the thread's own; without `programs`, `program` ends
+   * with the call. */
   void (*brick)(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
                 const zs_program *program);
 } zs_walk;

@@ -42,7 +42,8 @@ typedef struct range_list {
 typedef struct walker {
   const zs_walk *walk;
   zs_eval *eval;
-  zs_arena arena;
+  zs_arena own;
+  zs_arena *arena; /* of programs: `own`, or the caller's */
   unsigned thread;
 } walker;
 
@@ -139,7 +140,7 @@ static unsigned decide(walker *w, range *parts, unsigned n)
   if (!undecided)
     return 0;
   const zs_program *programs[ZS_LANES];
-  zs_program_restrict_lanes(w->eval, program, undecided, walk->request, &w->arena, programs);
+  zs_program_restrict_lanes(w->eval, program, undecided, walk->request, w->arena, programs);
   for (unsigned l = 0; l < n; l++) {
     if (undecided >> l & 1) {
       parts[left] = parts[l];
@@ -158,13 +159,14 @@ static void walk_range(walker *w, const range *whole)
   range parts[BRANCH * BRANCH * BRANCH];
   unsigned count = split(whole, parts);
   for (unsigned at = 0; at < count; at += ZS_LANES) {
-    zs_arena_mark mark = zs_arena_mark_here(&w->arena);
+    zs_arena_mark mark = zs_arena_mark_here(w->arena);
     unsigned n = count - at < ZS_LANES ? count - at : ZS_LANES;
     if (!w->walk->control || !w->walk->control->brute)
       n = decide(w, parts + at, n);
     for (unsigned l = 0; l < n; l++)
       walk_range(w, &parts[at + l]);
-    zs_arena_rewind(&w->arena, mark);
+    if (!w->walk->programs)
+      zs_arena_rewind(w->arena, mark);
   }
 }
 
@@ -266,6 +268,7 @@ bool zs_walk_run(const zs_walk *walk, zs_diag *diag)
   bool ready = true;
   for (unsigned t = 0; ready && t < threads; t++) {
     walkers[t] = (walker){.walk = walk, .thread = t};
+    walkers[t].arena = walk->programs ? &walk->programs[t] : &walkers[t].own;
     walkers[t].eval = zs_eval_new(walk->field, diag);
     ready = walkers[t].eval != NULL;
   }
@@ -282,7 +285,7 @@ bool zs_walk_run(const zs_walk *walk, zs_diag *diag)
   free(tasks.ranges);
   for (unsigned t = 0; t < threads; t++) {
     zs_eval_free(walkers[t].eval);
-    zs_arena_free(&walkers[t].arena);
+    zs_arena_free(&walkers[t].own);
   }
   free(walkers);
   return done;

@@ -399,6 +399,43 @@ static void walk_covers_every_brick_once(void **state)
   zs_field_unref(field);
 }
 
+static void keep_program(void *visitor, unsigned thread, const uint32_t i[3], zs_eval *eval,
+                         const zs_program *program)
+{
+  (void)thread, (void)eval;
+  ((const zs_program **)visitor)[(i[2] * SIDE + i[1]) * SIDE + i[0]] = program;
+}
+
+/* Programs in the caller's arenas serve their bricks after the walk. */
+static void programs_can_outlive_the_walk(void **state)
+{
+  (void)state;
+  uint64_t seed = 6;
+  zs_field *field = random_field(&seed, 40);
+  zs_eval *eval = evaluator(field);
+  zs_arena arenas[2] = {{0}};
+  const zs_program **programs = calloc(BRICKS, sizeof *programs);
+  assert_non_null(programs);
+  zs_control control;
+  memset(&control, 0, sizeof control);
+  control.threads = 2;
+  zs_walk walk = {.field = field, .lo = {-2, -2, -2}, .size = {0.2, 0.2, 0.2},
+                  .count = {SIDE, SIDE, SIDE}, .request = ZS_REQUEST_VALUE, .control = &control,
+                  .visitor = programs, .programs = arenas, .brick = keep_program};
+  assert_true(zs_walk_run(&walk, NULL));
+  for (int i = 0; i < BRICKS; i++) {
+    double middle[3] = {-2 + 0.2 * (i % SIDE + 0.5), -2 + 0.2 * (i / SIDE % SIDE + 0.5),
+                        -2 + 0.2 * (i / SIDE / SIDE + 0.5)};
+    assert_non_null(programs[i]);
+    assert_true(zs_program_point(eval, programs[i], middle) == zs_eval_point(eval, middle));
+  }
+  free(programs);
+  for (int t = 0; t < 2; t++)
+    zs_arena_free(&arenas[t]);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
 static bool stop_at_once(void *context, const char *stage, double fraction)
 {
   (void)stage, (void)fraction;
@@ -506,6 +543,7 @@ int main(void)
     cmocka_unit_test(regions_get_shorter),
     cmocka_unit_test(equal_instructions_are_shared),
     cmocka_unit_test(walk_covers_every_brick_once),
+    cmocka_unit_test(programs_can_outlive_the_walk),
     cmocka_unit_test(walk_can_be_cancelled),
     cmocka_unit_test(boxes_hold_the_solid_tightly),
     cmocka_unit_test(unbounded_and_empty_are_told_apart),
