@@ -20,6 +20,8 @@ zs_sources += \
   src/output/polygonize_vertices.c \
   src/output/outline.c \
   src/output/outline.h \
+  src/output/quadric.c \
+  src/output/quadric.h \
   src/output/render.c \
   src/output/shade.c \
   src/output/shade.h \

@@ -10,6 +10,7 @@
  * once, so that no two of the new edges join the same vertices. */
 #include "output/polygonize.h"
 #include "output/polygonize_roots.h"
+#include "output/quadric.h"
 
 #include "base/diagnostic.h"
 
@@ -19,10 +20,6 @@
 
 /* Normals that differ by more, about 32 degrees, are those of a sharp edge. */
 static const float SHARP = 0.85f;
-
-/* Directions in which the planes of a loop say less than this part of what they
- * say in the best one are left alone: those along a sharp edge. */
-static const double INFORMATIVE = 0.02;
 
 /* A crease settles within this part of a cell, or the planes said little. */
 static const float NEAR = 0.15f;
@@ -42,85 +39,28 @@ bool zs_crease_between(const float a[3], const float b[3])
 
 /* ---- Where planes meet ---------------------------------------------------------- */
 
-/* Eigenvalues and -vectors (columns of v) of a symmetric matrix, by Jacobi
- * rotations. */
-static void diagonalize(double a[3][3], double v[3][3])
-{
-  static const int pairs[3][2] = {{0, 1}, {0, 2}, {1, 2}};
-  enum { SWEEPS = 8 };
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      v[i][j] = i == j;
-  for (int sweep = 0; sweep < SWEEPS; sweep++)
-    for (int n = 0; n < 3; n++) {
-      int p = pairs[n][0], q = pairs[n][1];
-      if (a[p][q] == 0)
-        continue;
-      double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-      double t = copysign(1, theta) / (fabs(theta) + sqrt(theta * theta + 1));
-      double c = 1 / sqrt(t * t + 1), s = t * c;
-      for (int k = 0; k < 3; k++) {
-        double x = a[k][p], y = a[k][q];
-        a[k][p] = c * x - s * y;
-        a[k][q] = s * x + c * y;
-      }
-      for (int k = 0; k < 3; k++) {
-        double x = a[p][k], y = a[q][k];
-        a[p][k] = c * x - s * y;
-        a[q][k] = s * x + c * y;
-      }
-      for (int k = 0; k < 3; k++) {
-        double x = v[k][p], y = v[k][q];
-        v[k][p] = c * x - s * y;
-        v[k][q] = s * x + c * y;
-      }
-    }
-}
-
-/* The least-squares solution x of normals[i] . x = values[i], only in directions
- * that the normals determine. */
-static void solve_planes(unsigned n, const float *const normals[], const double *values,
-                         double x[3])
-{
-  double a[3][3] = {{0}}, b[3] = {0}, v[3][3], largest = 0;
-  for (unsigned i = 0; i < n; i++)
-    for (int k = 0; k < 3; k++) {
-      b[k] += normals[i][k] * values[i];
-      for (int l = 0; l < 3; l++)
-        a[k][l] += (double)normals[i][k] * normals[i][l];
-    }
-  diagonalize(a, v);
-  for (int k = 0; k < 3; k++) {
-    x[k] = 0;
-    largest = fmax(largest, a[k][k]);
-  }
-  for (int k = 0; k < 3; k++) {
-    if (!(a[k][k] > INFORMATIVE * largest))
-      continue;
-    double along = (v[0][k] * b[0] + v[1][k] * b[1] + v[2][k] * b[2]) / a[k][k];
-    for (int l = 0; l < 3; l++)
-      x[l] += along * v[l][k];
-  }
-}
-
 /* The point closest to the planes through `points` with `normals`, and the
  * direction that leads away from all of them alike: out of the solid, however
  * many vertices lie on either side of the edge.  False when there is none. */
 static bool meet(unsigned n, float points[][3], const float *const normals[], float place[3],
                  float normal[3])
 {
-  double mean[3] = {0}, offset[3], direction[3], values[LONGEST_LOOP], ones[LONGEST_LOOP];
+  static const double below[3] = {-INFINITY, -INFINITY, -INFINITY},
+                      above[3] = {INFINITY, INFINITY, INFINITY};
+  double mean[3] = {0}, offset[3], direction[3];
+  zs_quadric planes = {{{0}}, {0}}, away = planes;
   for (unsigned i = 0; i < n; i++)
     for (int k = 0; k < 3; k++)
       mean[k] += (double)points[i][k] / n;
   for (unsigned i = 0; i < n; i++) {
-    ones[i] = 1;
-    values[i] = 0;
+    double distance = 0;
     for (int k = 0; k < 3; k++)
-      values[i] += normals[i][k] * (points[i][k] - mean[k]);
+      distance += normals[i][k] * (points[i][k] - mean[k]);
+    zs_quadric_add(&planes, normals[i], distance);
+    zs_quadric_add(&away, normals[i], 1);
   }
-  solve_planes(n, normals, values, offset);
-  solve_planes(n, normals, ones, direction);
+  zs_quadric_minimize(&planes, below, above, offset);
+  zs_quadric_minimize(&away, below, above, direction);
   double length = hypot(hypot(direction[0], direction[1]), direction[2]);
   for (int k = 0; k < 3; k++) {
     place[k] = (float)(mean[k] + offset[k]);

@@ -8,10 +8,12 @@ tests_output_test_polygonize_SOURCES = \
 
 zs_tests += \
   tests/output/test_grid \
+  tests/output/test_quadric \
   tests/output/test_render \
   tests/output/test_slice \
   tests/output/test_voxelize
 tests_output_test_grid_SOURCES = tests/output/test_grid.c tests/random.h
+tests_output_test_quadric_SOURCES = tests/output/test_quadric.c tests/random.h
 tests_output_test_render_SOURCES = tests/output/test_render.c tests/output/formula.h
 tests_output_test_slice_SOURCES = tests/output/test_slice.c tests/output/formula.h
 tests_output_test_voxelize_SOURCES = \
