@@ -11,6 +11,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #if defined _OPENMP
@@ -34,40 +35,39 @@ unsigned zs_polygonize_thread(void)
 #endif
 }
 
-/* Bounds that decide a range of bricks are of interest to the first stage. */
-static void ignore_uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside)
+/* ---- Stages over bricks ----------------------------------------------------------- */
+
+static bool report_progress(const zs_polygonize_job *job, const char *stage, double fraction)
 {
-  (void)visitor;
-  (void)lo;
-  (void)hi;
-  (void)inside;
+  const zs_control *control = job->control;
+  return !control || !control->progress || control->progress(control->context, stage, fraction);
 }
 
-/* Pads lie on the grid's faces; for the walk they lie where they would as cells,
- * which makes the outermost bricks a little larger than they have to be. */
-bool zs_polygonize_walk(zs_polygonize_job *job, const char *stage, double progress_from,
-                        double progress_to,
-                        void (*brick)(void *, unsigned, const uint32_t[3], zs_eval *,
-                                      const zs_program *),
-                        void (*uniform)(void *, const uint32_t[3], const uint32_t[3], bool))
+bool zs_polygonize_each(zs_polygonize_job *job, const char *stage, double from, double to,
+                        zs_polygonize_visit *visit)
 {
-  zs_walk walk = {
-    .field = job->field,
-    .request = ZS_REQUEST_GRADIENT,
-    .control = job->control,
-    .stage = stage,
-    .progress_from = progress_from,
-    .progress_to = progress_to,
-    .visitor = job,
-    .uniform = uniform ? uniform : ignore_uniform,
-    .brick = brick,
-  };
-  for (int k = 0; k < 3; k++) {
-    walk.lo[k] = job->lo[k] - job->cell[k];
-    walk.size[k] = job->cell[k] * ZS_BRICK;
-    walk.count[k] = job->bricks[k];
+  const size_t count = job->active_count, step = count / 64 + 1;
+  size_t next_report = 0;
+  atomic_bool cancelled = false;
+#pragma omp parallel for schedule(dynamic, 4) num_threads(job->threads)
+  for (size_t i = 0; i < count; i++) {
+    if (atomic_load_explicit(&cancelled, memory_order_relaxed))
+      continue;
+    const unsigned thread = zs_polygonize_thread();
+    if (thread == 0 && i >= next_report) {
+      next_report = i + step;
+      if (!report_progress(job, stage, from + (to - from) * (double)i / (double)count))
+        atomic_store_explicit(&cancelled, true, memory_order_relaxed);
+    }
+    if (!job->workers[thread].out_of_memory)
+      visit(job, &job->workers[thread], job->active[i]);
   }
-  return zs_walk_run(&walk, job->diag);
+  if (cancelled)
+    return zs_fail(job->diag, ZS_CANCELLED, NULL, "cancelled");
+  for (unsigned t = 0; t < job->threads; t++)
+    if (job->workers[t].out_of_memory)
+      return zs_fail_memory(job->diag);
+  return true;
 }
 
 /* ---- Setting up ----------------------------------------------------------------- */
@@ -128,7 +128,7 @@ static bool use_bytes(zs_polygonize_job *job, double bytes)
   return true;
 }
 
-static bool allocate_table(zs_polygonize_job *job)
+static bool allocate(zs_polygonize_job *job)
 {
   double total = (double)job->bricks[0] * job->bricks[1] * job->bricks[2];
   if (!use_bytes(job, total * sizeof *job->table))
@@ -136,13 +136,17 @@ static bool allocate_table(zs_polygonize_job *job)
   size_t count = (size_t)total;
   job->table = malloc(count * sizeof *job->table);
   job->workers = calloc(job->threads, sizeof *job->workers);
-  if (!job->table || !job->workers)
+  job->programs = calloc(job->threads, sizeof *job->programs);
+  if (!job->table || !job->workers || !job->programs)
     return zs_fail(job->diag, ZS_ERROR_MEMORY, NULL,
                    "out of memory for a lattice of %u x %u x %u; try a lower resolution",
                    job->corners[0], job->corners[1], job->corners[2]);
   for (size_t i = 0; i < count; i++)
     job->table[i] = &job->outside;
   memset(job->inside.signs, 0xff, sizeof job->inside.signs);
+  for (unsigned t = 0; t < job->threads; t++)
+    if (!(job->workers[t].eval = zs_eval_new(job->field, job->diag)))
+      return false;
   return true;
 }
 
@@ -261,19 +265,11 @@ static bool mend_normals(zs_mesh *mesh)
 
 /* ---- The job --------------------------------------------------------------------------- */
 
-static bool report_progress(const zs_polygonize_job *job, const char *stage, double fraction)
-{
-  const zs_control *control = job->control;
-  if (!control || !control->progress || control->progress(control->context, stage, fraction))
-    return true;
-  return zs_fail(job->diag, ZS_CANCELLED, NULL, "cancelled");
-}
-
 static bool run(zs_polygonize_job *job, double *evaluated)
 {
   zs_contour_table table;
   zs_contour_table_make(&table);
-  if (!allocate_table(job) || !zs_polygonize_sample(job) || !number(job, &table))
+  if (!allocate(job) || !zs_polygonize_sample(job) || !number(job, &table))
     return false;
   job->mesh = zs_mesh_new(job->vertex_count, job->triangle_count, job->normals || job->creases,
                           job->diag);
@@ -290,7 +286,8 @@ static bool run(zs_polygonize_job *job, double *evaluated)
   } else if (!mend_normals(job->mesh)) {
     return zs_fail_memory(job->diag);
   }
-  return report_progress(job, "triangles", 1);
+  return report_progress(job, "triangles", 1) ||
+         zs_fail(job->diag, ZS_CANCELLED, NULL, "cancelled");
 }
 
 static void finish(zs_polygonize_job *job, zs_job_report *report)
@@ -299,10 +296,16 @@ static void finish(zs_polygonize_job *job, zs_job_report *report)
     report->evaluations += job->workers[t].evaluations;
     job->used_bytes += job->workers[t].arena.bytes;
     zs_arena_free(&job->workers[t].arena);
+    zs_eval_free(job->workers[t].eval);
+  }
+  for (unsigned t = 0; job->programs && t < job->threads; t++) {
+    job->used_bytes += job->programs[t].bytes;
+    zs_arena_free(&job->programs[t]);
   }
   report->peak_bytes = job->used_bytes;
   report->threads = job->threads;
   free(job->workers);
+  free(job->programs);
   free(job->active);
   free(job->table);
 }

@@ -42,6 +42,7 @@ typedef struct zs_crease {
 typedef struct zs_brick zs_brick;
 struct zs_brick {
   uint32_t index[3];
+  const zs_program *program;           /* serves the closed brick; of sampled ones */
   uint16_t signs[ZS_BRICK_ROWS];       /* bit x: the corner is inside */
   uint16_t crossing[3][ZS_BRICK_ROWS]; /* by axis: edges with a vertex of their own */
   uint16_t first[ZS_BRICK_ROWS];       /* vertices of the rows before */
@@ -61,6 +62,7 @@ struct zs_brick {
 /* One thread's working data. */
 typedef struct zs_polygonize_worker {
   zs_arena arena; /* holds bricks and what they point to */
+  zs_eval *eval;
   uint64_t evaluations;
   bool out_of_memory;
   void *scratch; /* of the stage at work */
@@ -84,8 +86,9 @@ typedef struct zs_polygonize_job {
   zs_brick **active; /* bricks that hold data of their own, in order of the table */
   size_t active_count, vertex_count, triangle_count; /* creases included once known */
   zs_polygonize_worker *workers;
+  zs_arena *programs; /* one per thread: the bricks' programs */
   zs_mesh *mesh;
-  uint64_t used_bytes; /* working memory besides the workers' arenas */
+  uint64_t used_bytes; /* working memory besides the arenas */
 } zs_polygonize_job;
 
 /* Number of the calling thread within a parallel loop. */
@@ -170,12 +173,12 @@ static inline unsigned zs_brick_cell_case(const zs_brick_rows rows, unsigned x, 
 
 /* ---- Stages ------------------------------------------------------------------- */
 
-/* Walk over the bricks; `uniform` may be NULL.  False after reporting. */
-bool zs_polygonize_walk(zs_polygonize_job *job, const char *stage, double progress_from,
-                        double progress_to,
-                        void (*brick)(void *, unsigned, const uint32_t[3], zs_eval *,
-                                      const zs_program *),
-                        void (*uniform)(void *, const uint32_t[3], const uint32_t[3], bool));
+/* Visit the active bricks on all threads, each with its worker; the stage takes
+ * its part `from` .. `to` of the progress.  False after reporting. */
+typedef void zs_polygonize_visit(zs_polygonize_job *job, zs_polygonize_worker *worker,
+                                 zs_brick *brick);
+bool zs_polygonize_each(zs_polygonize_job *job, const char *stage, double from, double to,
+                        zs_polygonize_visit *visit);
 
 /* Find the bricks that hold surface and sample them.  False after reporting. */
 bool zs_polygonize_sample(zs_polygonize_job *job);

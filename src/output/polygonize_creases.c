@@ -91,15 +91,6 @@ static void space_of(const zs_polygonize_job *job, const zs_brick *brick, unsign
   }
 }
 
-/* Whether a cell and those around it are within the brick. */
-static bool is_inner_cell(unsigned cell)
-{
-  for (unsigned k = 0; k < 3; k++, cell /= ZS_BRICK)
-    if (cell % ZS_BRICK == 0 || cell % ZS_BRICK == ZS_BRICK - 1)
-      return false;
-  return true;
-}
-
 static void clamp(float place[3], const float lo[3], const float hi[3])
 {
   for (int k = 0; k < 3; k++)
@@ -190,9 +181,9 @@ static void keep_creases(zs_polygonize_worker *worker, zs_brick *brick, const fi
  * The planes meet near the surface, on it only if it is flat on both sides.
  * Vertices are certified roots: creases settle along their normals.  A sharp edge
  * may pass by the corners of its cell unseen, so that the crease belongs into a
- * cell next to it; it may settle there unless that cell has triangles of its own
- * to fold over.  Else it settles in its own cell, as close to the edge as it
- * gets. */
+ * cell next to it; it may settle there, close to where the planes meet, unless
+ * that cell has triangles of its own to fold over.  Else it settles in its own
+ * cell, as close to the edge as it gets. */
 
 typedef struct settler {
   zs_roots roots;
@@ -204,24 +195,33 @@ typedef struct settler {
   uint16_t of_line[ZS_BLOCK];        /* the crease of each line */
 } settler;
 
-/* How a block settles. */
+/* How a block settles: with the program of the brick that holds the places, in
+ * its frame. */
 typedef struct settling {
   const zs_polygonize_job *job;
   zs_polygonize_worker *worker;
-  const zs_brick *brick;
+  const zs_brick *brick, *holder;
   bool around; /* in the cells around, too */
-  zs_eval *eval;
-  const zs_program *program;
-  zs_frame frame;
+  zs_frame frame;   /* of the holder */
+  float shift[3];   /* from the brick's frame to it */
+  float lo[3], hi[3]; /* the holder, in the brick's frame */
+  float near;
 } settling;
 
-/* From the crease along its normal, outward when it is inside, to where its space
- * ends. */
-static void far_end(const settling *s, const zs_crease *crease, bool inside, const float from[3],
-                    float end[3])
+/* Where a crease may settle. */
+static void room_of(const settling *s, const zs_crease *crease, float lo[3], float hi[3])
 {
-  float lo[3], hi[3], step[3], reach = INFINITY;
   space_of(s->job, s->brick, crease->cell, s->around, lo, hi);
+  clamp(lo, s->lo, s->hi);
+  clamp(hi, s->lo, s->hi);
+}
+
+/* From the crease along its normal, outward when it is inside, to where its room
+ * ends, or to where it would be too far from where the planes meet. */
+static void far_end(const settling *s, const zs_crease *crease, bool inside, const float lo[3],
+                    const float hi[3], const float from[3], float end[3])
+{
+  float step[3], reach = s->around ? s->near : INFINITY;
   for (int k = 0; k < 3; k++) {
     step[k] = inside ? crease->normal[k] : -crease->normal[k];
     if (step[k] != 0)
@@ -239,17 +239,17 @@ static void look(const settling *s)
   for (int end = 0; end < 2; end++) {
     for (unsigned i = 0; i < w->count; i++) {
       float lo[3], hi[3], from[3], place[3];
-      space_of(s->job, s->brick, w->crease[i]->cell, s->around, lo, hi);
+      room_of(s, w->crease[i], lo, hi);
       memcpy(from, w->crease[i]->place, sizeof from);
       clamp(from, lo, hi);
       memcpy(place, from, sizeof place);
       if (end)
-        far_end(s, w->crease[i], w->f[0][i] >= 0, from, place);
+        far_end(s, w->crease[i], w->f[0][i] >= 0, lo, hi, from, place);
       for (int k = 0; k < 3; k++)
-        w->at[k][i] = w->ends[end][k][i] = place[k];
+        w->at[k][i] = w->ends[end][k][i] = place[k] + s->shift[k];
     }
-    zs_program_values(s->eval, s->program, &s->frame, w->count, w->at[0], w->at[1], w->at[2],
-                      w->f[end]);
+    zs_program_values(s->worker->eval, s->holder->program, &s->frame, w->count, w->at[0],
+                      w->at[1], w->at[2], w->f[end]);
     s->worker->evaluations += w->count;
   }
 }
@@ -271,22 +271,27 @@ static bool holds_surface(const zs_polygonize_job *job, const uint32_t cell[3])
   return inside != 0 && inside != 8;
 }
 
+/* Lattice coordinate of a place in the brick's frame, from the brick's first
+ * corner. */
+static int local_cell(const zs_polygonize_job *job, int axis, float place)
+{
+  return (int)floor(place / job->cell[axis]) + ZS_BRICK / 2;
+}
+
 /* Whether a crease may settle in a place around its cell. */
 static bool accept(const settling *s, const zs_crease *crease, const float place[3])
 {
-  const double *cell = s->job->cell;
-  const float shortest = (float)fmin(cell[0], fmin(cell[1], cell[2]));
   uint32_t at[3];
   float square = 0;
   bool own = true;
   for (int k = 0; k < 3; k++) {
     float moved = place[k] - crease->place[k];
     square += moved * moved;
-    double local = floor(place[k] / cell[k]) + ZS_BRICK / 2;
+    int local = local_cell(s->job, k, place[k]);
     own = own && local == (crease->cell >> 4 * k & (ZS_BRICK - 1));
-    at[k] = (uint32_t)((int64_t)zs_lattice_index(s->brick, k, 0) + (int64_t)local);
+    at[k] = (uint32_t)((int64_t)zs_lattice_index(s->brick, k, 0) + local);
   }
-  return square <= NEAR * NEAR * shortest * shortest && (own || !holds_surface(s->job, at));
+  return square <= s->near * s->near && (own || !holds_surface(s->job, at));
 }
 
 /* Settle a block: creases with a sign change on their line move to it. */
@@ -307,10 +312,13 @@ static void settle(const settling *s)
     zs_roots_add(&w->roots, end[!inside], end[inside], w->f[!inside][i], w->f[inside][i],
                  (float)s->job->tolerance, 0);
   }
-  s->worker->evaluations += zs_roots_solve(&w->roots, s->eval, s->program, &s->frame);
+  s->worker->evaluations +=
+    zs_roots_solve(&w->roots, s->worker->eval, s->holder->program, &s->frame);
   for (unsigned i = 0; i < w->roots.count; i++) {
     zs_crease *crease = w->crease[w->of_line[i]];
-    const float place[3] = {w->roots.found[0][i], w->roots.found[1][i], w->roots.found[2][i]};
+    float place[3];
+    for (int k = 0; k < 3; k++)
+      place[k] = w->roots.found[k][i] - s->shift[k];
     if (s->around && !accept(s, crease, place))
       continue;
     memcpy(crease->place, place, sizeof place);
@@ -319,15 +327,54 @@ static void settle(const settling *s)
   w->count = 0;
 }
 
-/* Settle those of a brick's creases that have not yet, in blocks: all, or those
- * in inner cells or in others. */
-static void settle_some(const settling *s, bool inner, bool outer)
+enum { OWN = 13 /* of the bricks around: 9 z + 3 y + x, each 0 .. 2 */ };
+
+/* Which of the bricks around the brick, or itself, holds the place from which a
+ * crease sets out. */
+static unsigned holder_of(const settling *s, const zs_crease *crease)
+{
+  unsigned number = 0;
+  float lo[3], hi[3], from[3];
+  memcpy(from, crease->place, sizeof from);
+  space_of(s->job, s->brick, crease->cell, true, lo, hi);
+  clamp(from, lo, hi);
+  for (int k = 2; k >= 0; k--) {
+    int local = local_cell(s->job, k, from[k]);
+    number = 3 * number + (local < 0 ? 0 : local < ZS_BRICK ? 1 : 2);
+  }
+  return number;
+}
+
+/* Turn to one of the bricks around; false when it has no surface. */
+static bool turn_to(settling *s, unsigned neighbour)
+{
+  uint32_t index[3];
+  for (int k = 0; k < 3; k++, neighbour /= 3) {
+    const float side = (float)(s->job->cell[k] * ZS_BRICK);
+    const int step = (int)(neighbour % 3) - 1;
+    index[k] = s->brick->index[k] + (uint32_t)step; /* below 0: no brick's index */
+    s->shift[k] = -(float)step * side;
+    s->lo[k] = ((float)step - 0.5f) * side;
+    s->hi[k] = ((float)step + 0.5f) * side;
+  }
+  s->holder = zs_lattice_brick(s->job, index);
+  if (!s->holder->sampled)
+    return false;
+  s->frame = zs_brick_frame(s->job, s->holder);
+  return true;
+}
+
+/* Settle those creases that have not yet and whose place one brick holds; any
+ * place will do when they have to stay in their cells. */
+static void settle_in(settling *s, unsigned neighbour)
 {
   settler *w = s->worker->scratch;
+  if (!turn_to(s, neighbour))
+    return;
   w->count = 0;
   for (uint32_t i = 0; i < s->brick->crease_count; i++) {
     zs_crease *crease = &s->brick->creases[i];
-    if (crease->settled || !(is_inner_cell(crease->cell) ? inner : outer))
+    if (crease->settled || (s->around && holder_of(s, crease) != neighbour))
       continue;
     w->crease[w->count++] = crease;
     if (w->count == ZS_BLOCK)
@@ -337,22 +384,19 @@ static void settle_some(const settling *s, bool inner, bool outer)
     settle(s);
 }
 
-static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
-                        const zs_program *program)
+static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs_brick *brick)
 {
-  zs_polygonize_job *job = visitor;
-  /* The table's bricks are the job's own. */
-  zs_brick *brick = (zs_brick *)zs_lattice_brick(job, index);
   if (!brick->crease_count)
     return;
-  settling s = {.job = job, .worker = &job->workers[thread], .brick = brick, .eval = eval,
-                .program = program, .around = true, .frame = zs_brick_frame(job, brick)};
-  settle_some(&s, true, false);
-  s.program = zs_field_program(job->field); /* the brick's ends at its sides */
-  settle_some(&s, false, true);
-  s.program = program;
+  settling s = {.job = job, .worker = worker, .brick = brick, .around = true};
+  s.near = NEAR * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
+  uint32_t holders = 0;
+  for (uint32_t i = 0; i < brick->crease_count; i++)
+    holders |= 1u << holder_of(&s, &brick->creases[i]);
+  for (; holders; holders &= holders - 1)
+    settle_in(&s, (unsigned)__builtin_ctz(holders));
   s.around = false;
-  settle_some(&s, true, true);
+  settle_in(&s, OWN);
   for (uint32_t i = 0; i < brick->crease_count; i++)
     if (!brick->creases[i].settled)
       brick->creases[i].edges = 0;
@@ -386,7 +430,7 @@ static bool settle_all(zs_polygonize_job *job)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++)
     job->workers[t].scratch = &scratch[t];
-  bool done = zs_polygonize_walk(job, "creases", 0.9, 0.97, visit_brick, NULL);
+  bool done = zs_polygonize_each(job, "creases", 0.9, 0.97, visit_brick);
   free(scratch);
   return done;
 }

@@ -338,9 +338,9 @@ static bool keep_moved(const sampling *s)
 
 static bool over_limit(const zs_polygonize_job *job, const zs_polygonize_worker *worker)
 {
+  const uint64_t bytes = worker->arena.bytes + job->programs[worker - job->workers].bytes;
   return job->control && job->control->memory_limit &&
-         job->used_bytes + worker->arena.bytes * (uint64_t)job->threads >
-           job->control->memory_limit;
+         job->used_bytes + bytes * job->threads > job->control->memory_limit;
 }
 
 static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
@@ -357,6 +357,7 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
     return;
   }
   memcpy(s.brick->index, index, sizeof s.brick->index);
+  s.brick->program = program;
   s.brick->sampled = true;
   s.frame = zs_brick_frame(job, s.brick);
   s.reach = REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
@@ -382,6 +383,30 @@ static void visit_uniform(void *visitor, const uint32_t lo[3], const uint32_t hi
         job->table[table_place(job, at)] = &job->inside;
 }
 
+/* Pads lie on the grid's faces; for the walk they lie where they would as cells,
+ * which makes the outermost bricks a little larger than they have to be. */
+static bool run_walk(zs_polygonize_job *job)
+{
+  zs_walk walk = {
+    .field = job->field,
+    .request = ZS_REQUEST_GRADIENT,
+    .control = job->control,
+    .stage = "sample",
+    .progress_from = 0,
+    .progress_to = 0.5,
+    .visitor = job,
+    .programs = job->programs,
+    .uniform = visit_uniform,
+    .brick = visit_brick,
+  };
+  for (int k = 0; k < 3; k++) {
+    walk.lo[k] = job->lo[k] - job->cell[k];
+    walk.size[k] = job->cell[k] * ZS_BRICK;
+    walk.count[k] = job->bricks[k];
+  }
+  return zs_walk_run(&walk, job->diag);
+}
+
 static bool sample(zs_polygonize_job *job)
 {
   sampler *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
@@ -389,7 +414,7 @@ static bool sample(zs_polygonize_job *job)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++)
     job->workers[t].scratch = &scratch[t];
-  bool done = zs_polygonize_walk(job, "sample", 0, 0.5, visit_brick, visit_uniform);
+  bool done = run_walk(job);
   free(scratch);
   for (unsigned t = 0; done && t < job->threads; t++)
     if (job->workers[t].out_of_memory)

@@ -23,8 +23,6 @@ typedef struct solving {
   zs_polygonize_job *job;
   zs_polygonize_worker *worker;
   const zs_brick *brick;
-  zs_eval *eval;
-  const zs_program *program;
   zs_frame frame;
 } solving;
 
@@ -53,13 +51,45 @@ static void find_normals(const solving *s)
   const unsigned count = w->roots.count;
   for (int k = 0; k < 3; k++)
     memcpy(w->at[k], w->roots.inside[k], count * sizeof *w->at[k]);
-  zs_program_gradients(s->eval, s->program, &s->frame, count, w->at[0], w->at[1], w->at[2],
+  zs_program_gradients(s->worker->eval, s->brick->program, &s->frame, count, w->at[0], w->at[1], w->at[2],
                        w->result[0]);
   s->worker->evaluations += count;
   for (unsigned i = 0; i < count; i++) {
     float g[3] = {w->result[1][i], w->result[2][i], w->result[3][i]};
     unit_normal(g, s->job->mesh->normals + 3 * (size_t)w->number[i]);
   }
+}
+
+/* ---- Caps --------------------------------------------------------------------------------- */
+
+/* The vertex of an edge to a pad lies at the corner on the grid's face; its
+ * normal is that of the face, or of the faces that meet there. */
+static void place_cap_vertex(const zs_polygonize_job *job, const zs_brick *brick,
+                             const unsigned start[3], unsigned axis, size_t number)
+{
+  float normal[3], square = 0;
+  for (unsigned k = 0; k < 3; k++) {
+    uint32_t i = zs_lattice_index(brick, (int)k, start[k]);
+    if (k == axis && i == 0)
+      i = 1;
+    job->mesh->positions[3 * number + k] = (float)zs_lattice_place(job, (int)k, i);
+    normal[k] = i == 1 ? -1 : i == job->corners[k] - 2 ? 1 : 0;
+    square += normal[k] * normal[k];
+  }
+  for (unsigned k = 0; job->mesh->normals && k < 3; k++)
+    job->mesh->normals[3 * number + k] = normal[k] / sqrtf(square);
+}
+
+static void place_caps(const zs_polygonize_job *job, const zs_brick *brick)
+{
+  size_t number = brick->first_vertex;
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned axis = 0; axis < 3; axis++)
+      for (unsigned edges = brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
+        unsigned start[3] = {(unsigned)__builtin_ctz(edges), row % ZS_BRICK, row / ZS_BRICK};
+        if (zs_lattice_pad_edge(job, (int)axis, zs_lattice_index(brick, (int)axis, start[axis])))
+          place_cap_vertex(job, brick, start, axis, number);
+      }
 }
 
 /* ---- Edges of a brick ------------------------------------------------------------------ */
@@ -70,7 +100,7 @@ static void flush(const solving *s)
   solver *w = s->worker->scratch;
   if (!w->roots.count)
     return;
-  s->worker->evaluations += zs_roots_solve(&w->roots, s->eval, s->program, &s->frame);
+  s->worker->evaluations += zs_roots_solve(&w->roots, s->worker->eval, s->brick->program, &s->frame);
   for (unsigned i = 0; i < w->roots.count; i++)
     for (int k = 0; k < 3; k++)
       s->job->mesh->positions[3 * (size_t)w->number[i] + (unsigned)k] =
@@ -138,13 +168,11 @@ static void add_edge(const solving *s, const unsigned start[3], unsigned axis, b
     flush(s);
 }
 
-static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
-                        const zs_program *program)
+static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs_brick *brick)
 {
-  zs_polygonize_job *job = visitor;
-  solving s = {.job = job, .worker = &job->workers[thread], .eval = eval, .program = program};
-  s.brick = zs_lattice_brick(job, index);
-  if (!s.brick->vertex_count)
+  solving s = {.job = job, .worker = worker, .brick = brick};
+  place_caps(job, brick);
+  if (!brick->vertex_count || !brick->sampled)
     return;
   s.frame = zs_brick_frame(job, s.brick);
   gather_moves(&s);
@@ -166,38 +194,6 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   flush(&s);
 }
 
-/* ---- Caps --------------------------------------------------------------------------------- */
-
-/* The vertex of an edge to a pad lies at the corner on the grid's face; its
- * normal is that of the face, or of the faces that meet there. */
-static void place_cap_vertex(const zs_polygonize_job *job, const zs_brick *brick,
-                             const unsigned start[3], unsigned axis, size_t number)
-{
-  float normal[3], square = 0;
-  for (unsigned k = 0; k < 3; k++) {
-    uint32_t i = zs_lattice_index(brick, (int)k, start[k]);
-    if (k == axis && i == 0)
-      i = 1;
-    job->mesh->positions[3 * number + k] = (float)zs_lattice_place(job, (int)k, i);
-    normal[k] = i == 1 ? -1 : i == job->corners[k] - 2 ? 1 : 0;
-    square += normal[k] * normal[k];
-  }
-  for (unsigned k = 0; job->mesh->normals && k < 3; k++)
-    job->mesh->normals[3 * number + k] = normal[k] / sqrtf(square);
-}
-
-static void place_caps(const zs_polygonize_job *job, const zs_brick *brick)
-{
-  size_t number = brick->first_vertex;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3; axis++)
-      for (unsigned edges = brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
-        unsigned start[3] = {(unsigned)__builtin_ctz(edges), row % ZS_BRICK, row / ZS_BRICK};
-        if (zs_lattice_pad_edge(job, (int)axis, zs_lattice_index(brick, (int)axis, start[axis])))
-          place_cap_vertex(job, brick, start, axis, number);
-      }
-}
-
 /* ---- The stage ------------------------------------------------------------------------------ */
 
 bool zs_polygonize_vertices(zs_polygonize_job *job)
@@ -209,12 +205,7 @@ bool zs_polygonize_vertices(zs_polygonize_job *job)
     scratch[t].roots.pending = scratch[t].roots.count = 0;
     job->workers[t].scratch = &scratch[t];
   }
-  bool done = zs_polygonize_walk(job, "vertices", 0.5, 0.9, visit_brick, NULL);
+  bool done = zs_polygonize_each(job, "vertices", 0.5, 0.9, visit_brick);
   free(scratch);
-  if (!done)
-    return false;
-#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
-  for (size_t i = 0; i < job->active_count; i++)
-    place_caps(job, job->active[i]);
-  return true;
+  return done;
 }
