@@ -81,6 +81,8 @@ typedef struct zs_control {
   unsigned threads;      /* 0: one per processor */
   uint64_t memory_limit; /* bytes of working memory; 0: no limit */
   bool brute;            /* evaluate every sample with the whole program */
+  bool scalar;           /* compile nodes to scalar operations alone, from their formulas: slow;
+                            to check the operations made for them */
   /* Called now and then from the calling thread; `fraction` is in 0..1.
    * Returning false cancels the job.  May be NULL. */
   bool (*progress)(void *context, const char *stage, double fraction);

@@ -3,6 +3,7 @@
 #include "field/blend.h"
 
 #include "field/interval.h"
+#include "field/lanes.h"
 
 #include <math.h>
 
@@ -285,22 +286,6 @@ static void interpolation_gradient(const zs_block_arguments *x)
 
 /* ---- Bounds ------------------------------------------------------------------- */
 
-static inline zs_interval lane_of(const zs_bounds *bounds, unsigned lane)
-{
-  return (zs_interval){bounds->lo[lane], bounds->hi[lane]};
-}
-
-static inline void set_lane(zs_bounds *bounds, unsigned lane, zs_interval value)
-{
-  bounds->lo[lane] = value.lo;
-  bounds->hi[lane] = value.hi;
-}
-
-static inline bool known(zs_interval a)
-{
-  return a.lo <= a.hi;
-}
-
 /* An R-function grows with both operands. */
 static zs_interval r_alpha_interval(zs_interval a, zs_interval b, numbers c)
 {
@@ -318,15 +303,15 @@ static void r_alpha_bounds(const zs_bounds_arguments *x)
   const numbers c = r_alpha_numbers(x->data);
   unsigned sign_a = 0, sign_b = 0;
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
-    bool both = known(a) && known(b);
+    zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l);
+    bool both = zs_interval_known(a) && zs_interval_known(b);
     /* An operand that never decides: negative in a union, positive in an
      * intersection. */
     bool a_idle = both && (c.side > 0 ? a.hi < 0 : a.lo > 0);
     bool b_idle = both && (c.side > 0 ? b.hi < 0 : b.lo > 0);
     sign_a |= (unsigned)b_idle << l;
     sign_b |= (unsigned)a_idle << l;
-    set_lane(x->out, l, both ? r_alpha_interval(a, b, c) : zs_interval_unknown());
+    zs_interval_to_lane(x->out, l, both ? r_alpha_interval(a, b, c) : zs_interval_unknown());
   }
   x->choice->sign[0] = (uint16_t)sign_a;
   x->choice->sign[1] = (uint16_t)sign_b;
@@ -336,9 +321,9 @@ static void r_m_bounds(const zs_bounds_arguments *x)
 {
   const numbers c = r_m_numbers(x->data);
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
-    if (!known(a) || !known(b)) {
-      set_lane(x->out, l, zs_interval_unknown());
+    zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l);
+    if (!zs_interval_known(a) || !zs_interval_known(b)) {
+      zs_interval_to_lane(x->out, l, zs_interval_unknown());
       continue;
     }
     const zs_interval u = zs_interval_absolute(a), v = zs_interval_absolute(b);
@@ -350,7 +335,7 @@ static void r_m_bounds(const zs_bounds_arguments *x)
       p.lo = 0;
     if (p.hi > 1e38f)
       p.hi = INFINITY;
-    set_lane(x->out, l, zs_interval_multiply(r_alpha_interval(a, b, c), p));
+    zs_interval_to_lane(x->out, l, zs_interval_multiply(r_alpha_interval(a, b, c), p));
   }
 }
 
@@ -358,9 +343,9 @@ static void r_displaced_bounds(const zs_bounds_arguments *x)
 {
   const numbers c = r_displaced_numbers(x->data);
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
-    if (!known(a) || !known(b)) {
-      set_lane(x->out, l, zs_interval_unknown());
+    zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l);
+    if (!zs_interval_known(a) || !zs_interval_known(b)) {
+      zs_interval_to_lane(x->out, l, zs_interval_unknown());
       continue;
     }
     zs_interval u = zs_interval_absolute(a), v = zs_interval_absolute(b);
@@ -372,62 +357,90 @@ static void r_displaced_bounds(const zs_bounds_arguments *x)
     const float slack = UNIT * (fabsf(c.a0) + (fabsf(r.lo) < INFINITY ? fabsf(r.lo) : 0) +
                                 (fabsf(r.hi) < INFINITY ? fabsf(r.hi) : 0));
     zs_interval sum = zs_interval_add(r, rise);
-    set_lane(x->out, l, (zs_interval){sum.lo - slack, sum.hi + slack});
+    zs_interval_to_lane(x->out, l, (zs_interval){sum.lo - slack, sum.hi + slack});
   }
 }
 
-/* The smooth maxima and minima grow with both operands.  `reach`: the distance
- * of the operands from which on the larger one is the result. */
-static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c, float reach,
-                                 float (*blend)(float, float, numbers, float *, float *))
+/* The corrections at both ends, by profile: as the block kernels compute them. */
+static inline zs_lanes quadratic_rise(zs_lanes d, numbers c)
 {
-  unsigned copy_a = 0, copy_b = 0, sign_a = 0, sign_b = 0;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
-    if (!known(a) || !known(b)) {
-      set_lane(x->out, l, zs_interval_unknown());
-      continue;
-    }
-    const bool a_first = c.side > 0 ? a.lo - b.hi >= reach : b.lo - a.hi >= reach;
-    const bool b_first = c.side > 0 ? b.lo - a.hi >= reach : a.lo - b.hi >= reach;
-    /* Where the other operand stays this far on its own side of zero it never
-     * decides; a little more than the reach, for the roundings. */
-    const float idle = reach * (1 + 1e-5f);
-    const bool a_idle = c.side > 0 ? a.hi < -idle : a.lo > idle;
-    const bool b_idle = c.side > 0 ? b.hi < -idle : b.lo > idle;
-    copy_a |= (unsigned)a_first << l;
-    copy_b |= (unsigned)b_first << l;
-    sign_a |= (unsigned)b_idle << l;
-    sign_b |= (unsigned)a_idle << l;
-    float unused, lo = blend(a.lo, b.lo, c, &unused, &unused);
-    float hi = blend(a.hi, b.hi, c, &unused, &unused);
-    /* The correction's error is relative to the reach. */
-    const float slack = 4 * UNIT * c.k;
-    zs_interval r = zs_interval_widened(lo - slack, hi + slack, 2);
-    set_lane(x->out, l, a_first ? a : b_first ? b : r);
-  }
-  if (reach < INFINITY) {
-    x->choice->copy[0] = (uint16_t)copy_a;
-    x->choice->copy[1] = (uint16_t)copy_b;
-    x->choice->sign[0] = (uint16_t)sign_a;
-    x->choice->sign[1] = (uint16_t)sign_b;
-  }
+  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
+  return h * h * zs_lanes_all(c.factor);
+}
+
+static inline zs_lanes cubic_rise(zs_lanes d, numbers c)
+{
+  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
+  const zs_lanes u = h * zs_lanes_all(c.factor);
+  return h * u * u * zs_lanes_all(1 / 6.0f);
+}
+
+static inline zs_lanes circular_rise(zs_lanes d, numbers c)
+{
+  const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
+  const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
+  const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
+  return zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
+}
+
+static inline zs_lanes chamfer_rise(zs_lanes d, numbers c)
+{
+  return zs_lanes_larger(zs_lanes_all(0.5f) * (zs_lanes_all(c.k) - d), zs_lanes_all(0));
+}
+
+/* The smooth maxima and minima grow with both operands. */
+static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c,
+                                 zs_lanes (*rise)(zs_lanes d, numbers c))
+{
+  const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]);
+  const zs_lanes reach = zs_lanes_all(c.k);
+  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
+  const zs_lanes_mask a_copied = both & (c.side > 0 ? a.lo - b.hi >= reach : b.lo - a.hi >= reach);
+  const zs_lanes_mask b_copied = both & (c.side > 0 ? b.lo - a.hi >= reach : a.lo - b.hi >= reach);
+  /* Where the other operand stays this far on its own side of zero it never
+   * decides; a little more than the reach, for the roundings. */
+  const zs_lanes idle = zs_lanes_all(c.k * (1 + 1e-5f));
+  x->choice->copy[0] = zs_lanes_bits(a_copied);
+  x->choice->copy[1] = zs_lanes_bits(b_copied);
+  x->choice->sign[0] = zs_lanes_bits(both & (c.side > 0 ? b.hi < -idle : b.lo > idle));
+  x->choice->sign[1] = zs_lanes_bits(both & (c.side > 0 ? a.hi < -idle : a.lo > idle));
+  const zs_lanes side = zs_lanes_all(c.side), slack = zs_lanes_all(4 * UNIT * c.k);
+  const zs_lanes lo_rise = side * rise(zs_lanes_absolute(a.lo - b.lo), c);
+  const zs_lanes hi_rise = side * rise(zs_lanes_absolute(a.hi - b.hi), c);
+  const zs_lanes lo = c.side > 0 ? zs_lanes_larger(a.lo, b.lo) : zs_lanes_smaller(a.lo, b.lo);
+  const zs_lanes hi = c.side > 0 ? zs_lanes_larger(a.hi, b.hi) : zs_lanes_smaller(a.hi, b.hi);
+  /* The correction's error is relative to the reach. */
+  zs_intervals f = zs_intervals_widened(lo + lo_rise - slack, hi + hi_rise + slack, 2);
+  f = zs_intervals_checked(f.lo, f.hi, both);
+  zs_intervals_store(
+    x->out, zs_intervals_select(a_copied, a, zs_intervals_select(b_copied, b, f)));
 }
 
 #define SMOOTH_BOUNDS(NAME) \
-  static void NAME##_bounds(const zs_bounds_arguments *x) \
+  static void smooth_##NAME##_bounds(const zs_bounds_arguments *x) \
   { \
-    const numbers c = NAME##_numbers(x->data); \
-    smooth_bounds(x, c, c.k, NAME); \
+    smooth_bounds(x, smooth_##NAME##_numbers(x->data), NAME##_rise); \
   }
-SMOOTH_BOUNDS(smooth_quadratic)
-SMOOTH_BOUNDS(smooth_cubic)
-SMOOTH_BOUNDS(smooth_circular)
-SMOOTH_BOUNDS(smooth_chamfer)
+SMOOTH_BOUNDS(quadratic)
+SMOOTH_BOUNDS(cubic)
+SMOOTH_BOUNDS(circular)
+SMOOTH_BOUNDS(chamfer)
 
+/* This one never ends: there is nothing to choose. */
 static void smooth_exponential_bounds(const zs_bounds_arguments *x)
 {
-  smooth_bounds(x, smooth_exponential_numbers(x->data), INFINITY, smooth_exponential);
+  const numbers c = smooth_exponential_numbers(x->data);
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l);
+    float unused;
+    const float lo = smooth_exponential(a.lo, b.lo, c, &unused, &unused);
+    const float hi = smooth_exponential(a.hi, b.hi, c, &unused, &unused);
+    const float slack = 4 * UNIT * c.k;
+    zs_interval_to_lane(x->out, l,
+                        zs_interval_known(a) && zs_interval_known(b)
+                          ? zs_interval_widened(lo - slack, hi + slack, 2)
+                          : zs_interval_unknown());
+  }
 }
 
 static inline float mixed(float a, float b, float t)
@@ -439,7 +452,7 @@ static void interpolation_bounds(const zs_bounds_arguments *x)
 {
   unsigned copy_a = 0, copy_b = 0;
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l), t = lane_of(x->in[2], l);
+    zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l), t = zs_interval_of_lane(x->in[2], l);
     const bool before = t.hi <= 0, after = t.lo >= 1;
     copy_a |= (unsigned)before << l;
     copy_b |= (unsigned)after << l;
@@ -448,14 +461,14 @@ static void interpolation_bounds(const zs_bounds_arguments *x)
       r = a;
     } else if (after) {
       r = b;
-    } else if (known(a) && known(b) && known(t)) {
+    } else if (zs_interval_known(a) && zs_interval_known(b) && zs_interval_known(t)) {
       const float lo[2] = {mixed(a.lo, b.lo, t.lo), mixed(a.lo, b.lo, t.hi)};
       const float hi[2] = {mixed(a.hi, b.hi, t.lo), mixed(a.hi, b.hi, t.hi)};
       const float slack =
         2 * UNIT * (fmaxf(fabsf(a.lo), fabsf(a.hi)) + fmaxf(fabsf(b.lo), fabsf(b.hi)));
       r = zs_interval_hull4(lo[0] - slack, lo[1] - slack, hi[0] + slack, hi[1] + slack, 2);
     }
-    set_lane(x->out, l, r);
+    zs_interval_to_lane(x->out, l, r);
   }
   x->choice->copy[0] = (uint16_t)copy_a;
   x->choice->copy[1] = (uint16_t)copy_b;

@@ -299,6 +299,76 @@ zs_value zs_emit_coordinate(zs_compiler *compiler, const zs_coordinates *coordin
   return zs_emit_operation(compiler, &zs_linear_registers, &linear, base[0], base[1], base[2]);
 }
 
+/* The factor of a map that turns and scales evenly, or 0 of any other. */
+static double even_stretch(const double matrix[12])
+{
+  double product[3][3], square = 0;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      product[i][j] = 0;
+      for (int k = 0; k < 3; k++)
+        product[i][j] += matrix[4 * k + i] * matrix[4 * k + j];
+    }
+  for (int i = 0; i < 3; i++)
+    square += product[i][i] / 3;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      if (!(fabs(product[i][j] - (i == j ? square : 0)) <= 1e-12 * square))
+        return 0;
+  return fabs(square - 1) <= 1e-12 ? 1 : sqrt(square);
+}
+
+/* By how much a map stretches at most; for uneven ones too large by up to
+ * sqrt(3). */
+static double greatest_stretch(const double matrix[12])
+{
+  double square = 0, even = even_stretch(matrix);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      square += matrix[4 * i + j] * matrix[4 * i + j];
+  return (even > 0 ? even : sqrt(square)) * (1 + 1e-6);
+}
+
+/* A ball looks the same from all sides: a rotation is of no account, and
+ * without it a block takes fewer steps and a box has sharper bounds. */
+static void forget_rotation(double matrix[12])
+{
+  const double stretch = even_stretch(matrix);
+  if (!(stretch > 0))
+    return;
+  double moved[12] = {0};
+  for (int i = 0; i < 3; i++) {
+    moved[5 * i] = stretch;
+    for (int j = 0; j < 3; j++)
+      moved[4 * i + 3] += matrix[4 * j + i] * matrix[4 * j + 3] / stretch;
+  }
+  memcpy(matrix, moved, sizeof moved);
+}
+
+zs_value zs_emit_primitive(zs_compiler *compiler, zs_primitive_shape shape,
+                           const double parameter[4], const zs_coordinates *coordinates)
+{
+  zs_primitive primitive;
+  double *matrix = primitive.matrix;
+  memcpy(matrix, coordinates->matrix, sizeof primitive.matrix);
+  memcpy(primitive.parameter, parameter, sizeof primitive.parameter);
+  if (shape == ZS_PRIMITIVE_BALL)
+    forget_rotation(matrix);
+  if (shape == ZS_PRIMITIVE_TUBE || (shape == ZS_PRIMITIVE_CUBOID && isinf(parameter[2])))
+    memset(matrix + 8, 0, 4 * sizeof *matrix); /* z is of no account */
+  for (int i = 0; i < 12; i++)
+    if (matrix[i] == 0)
+      matrix[i] = 0; /* no -0: equal matrices must be equal bytes */
+  primitive.stretch = greatest_stretch(matrix);
+  zs_value in[3];
+  memcpy(in, coordinates->base, sizeof in);
+  for (int j = 1; j < 3; j++) /* nothing is computed that is not used */
+    if (matrix[j] == 0 && matrix[4 + j] == 0 && matrix[8 + j] == 0 && !coordinates->root)
+      in[j] = in[0];
+  return zs_emit_operation(compiler, zs_primitive_operation(shape, coordinates->root), &primitive,
+                           in[0], in[1], in[2]);
+}
+
 /* ---- Life ------------------------------------------------------------------- */
 
 zs_arena *zs_compiler_arena(zs_compiler *compiler)

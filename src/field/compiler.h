@@ -4,7 +4,7 @@
 
 #include "base/diagnostic.h"
 #include "base/expression.h"
-#include "field/operation.h"
+#include "field/primitive.h"
 
 typedef struct zs_compiler zs_compiler;
 
@@ -38,6 +38,10 @@ zs_value zs_emit(zs_compiler *compiler, zs_function function, zs_value a, zs_val
  * it must live as long as the field (zs_compiler_arena, zs_compiler_keep). */
 zs_value zs_emit_operation(zs_compiler *compiler, const zs_operation *operation, const void *data,
                            zs_value a, zs_value b, zs_value c);
+
+/* A primitive at the coordinates; `parameter` as the shape says. */
+zs_value zs_emit_primitive(zs_compiler *compiler, zs_primitive_shape shape,
+                           const double parameter[4], const zs_coordinates *coordinates);
 
 /* Lower a parsed formula, variables[i] being the value of its variable i. */
 zs_value zs_emit_expression(zs_compiler *compiler, const zs_expression *expression,

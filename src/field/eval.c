@@ -104,7 +104,7 @@ zs_field *zs_eval_field(const zs_eval *eval)
 
 zs_frame zs_frame_at(const double origin[3])
 {
-  zs_frame frame = {.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  zs_frame frame = {.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .parallel = true};
   if (origin)
     memcpy(frame.origin, origin, sizeof frame.origin);
   return frame;

@@ -7,11 +7,29 @@
 #ifndef ZS_INTERVAL_H
 #define ZS_INTERVAL_H
 
+#include "field/operation.h"
+
 #include <math.h>
 
 typedef struct zs_interval {
   float lo, hi;
 } zs_interval;
+
+static inline zs_interval zs_interval_of_lane(const zs_bounds *bounds, unsigned lane)
+{
+  return (zs_interval){bounds->lo[lane], bounds->hi[lane]};
+}
+
+static inline void zs_interval_to_lane(zs_bounds *bounds, unsigned lane, zs_interval value)
+{
+  bounds->lo[lane] = value.lo;
+  bounds->hi[lane] = value.hi;
+}
+
+static inline bool zs_interval_known(zs_interval a)
+{
+  return a.lo <= a.hi;
+}
 
 static inline zs_interval zs_interval_unknown(void)
 {

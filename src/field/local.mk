@@ -9,13 +9,18 @@ zs_sources += \
   src/field/field.h \
   src/field/interval.h \
   src/field/isa.c \
+  src/field/lanes.h \
   src/field/operation.h \
+  src/field/primitive.c \
+  src/field/primitive.h \
   src/field/program.c \
   src/field/program.h \
+  src/field/row.h \
   src/field/scalar.c \
   src/field/scalar.h \
   src/field/walk.c
 
 zs_kernel_sources += \
   src/field/blend.kernel.c \
+  src/field/primitive.kernel.c \
   src/field/scalar.kernel.c

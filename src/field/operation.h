@@ -26,6 +26,7 @@ enum {
 typedef struct zs_frame {
   double origin[3];
   double axes[3][3];
+  bool parallel; /* the axes are those of the scene */
   bool perspective;
 } zs_frame;
 

@@ -3,6 +3,7 @@
 #include "field/scalar.h"
 
 #include "field/interval.h"
+#include "field/row.h"
 
 #include <math.h>
 #include <string.h>
@@ -195,26 +196,10 @@ static void select_gradient(const zs_block_arguments *x)
 
 /* ---- Bounds --------------------------------------------------------------- */
 
-static inline zs_interval lane_of(const zs_bounds *bounds, unsigned lane)
-{
-  return (zs_interval){bounds->lo[lane], bounds->hi[lane]};
-}
-
-static inline void set_lane(zs_bounds *bounds, unsigned lane, zs_interval value)
-{
-  bounds->lo[lane] = value.lo;
-  bounds->hi[lane] = value.hi;
-}
-
-static inline bool known(zs_interval a)
-{
-  return a.lo <= a.hi;
-}
-
 /* Functions that are monotone in their only operand. */
 static inline zs_interval monotone(zs_interval a, float at_lo, float at_hi, float ulps)
 {
-  return known(a) ? zs_interval_widened(at_lo, at_hi, ulps) : zs_interval_unknown();
+  return zs_interval_known(a) ? zs_interval_widened(at_lo, at_hi, ulps) : zs_interval_unknown();
 }
 
 /* Whether [lo, hi] holds a point of phase + period * integers; errs on yes. */
@@ -228,7 +213,7 @@ static inline bool meets(zs_interval a, double phase, double period)
 static zs_interval periodic(zs_interval a, float at_lo, float at_hi, double peak)
 {
   const double period = 2 * 3.14159265358979323846;
-  if (!known(a))
+  if (!zs_interval_known(a))
     return zs_interval_unknown();
   /* Far out single precision no longer tells where in the period it is. */
   if (fabsf(a.lo) > 1e5f || fabsf(a.hi) > 1e5f)
@@ -246,7 +231,7 @@ static zs_interval periodic(zs_interval a, float at_lo, float at_hi, double peak
 
 static zs_interval power(zs_interval a, zs_interval b)
 {
-  if (!known(a) || !known(b))
+  if (!zs_interval_known(a) || !zs_interval_known(b))
     return zs_interval_unknown();
   if (b.lo == b.hi && b.lo == floorf(b.lo) && fabsf(b.lo) < 1e6f) {
     float e = b.lo;
@@ -266,7 +251,7 @@ static zs_interval power(zs_interval a, zs_interval b)
 static zs_interval modulo_bounds(zs_interval a, zs_interval b)
 {
   zs_interval q = zs_interval_divide(a, b);
-  if (!known(q))
+  if (!zs_interval_known(q))
     return zs_interval_unknown();
   float below = floorf(q.lo), above = floorf(q.hi);
   if (below == above)
@@ -279,7 +264,7 @@ static zs_interval modulo_bounds(zs_interval a, zs_interval b)
 /* a is y and b is x. */
 static zs_interval atan2_bounds(zs_interval a, zs_interval b)
 {
-  if (!known(a) || !known(b))
+  if (!zs_interval_known(a) || !zs_interval_known(b))
     return zs_interval_unknown();
   const float all = 3.1415930f;
   if (b.lo <= 0 && a.lo <= 0 && a.hi >= 0)
@@ -290,7 +275,7 @@ static zs_interval atan2_bounds(zs_interval a, zs_interval b)
 
 static zs_interval tangent(zs_interval a)
 {
-  if (!known(a) || fabsf(a.lo) > 1e5f || fabsf(a.hi) > 1e5f || meets(a, PI / 2, PI))
+  if (!zs_interval_known(a) || fabsf(a.lo) > 1e5f || fabsf(a.hi) > 1e5f || meets(a, PI / 2, PI))
     return zs_interval_unknown();
   zs_interval r = zs_interval_widened(tanf(a.lo), tanf(a.hi), ELEMENTARY);
   float steepest = 1 + fmaxf(r.lo * r.lo, r.hi * r.hi);
@@ -305,19 +290,19 @@ static zs_interval truth(bool can_be_false, bool can_be_true)
 
 static zs_interval less(zs_interval a, zs_interval b)
 {
-  bool k = known(a) && known(b);
+  bool k = zs_interval_known(a) && zs_interval_known(b);
   return truth(!k || a.hi >= b.lo, !k || a.lo < b.hi);
 }
 
 static zs_interval less_equal(zs_interval a, zs_interval b)
 {
-  bool k = known(a) && known(b);
+  bool k = zs_interval_known(a) && zs_interval_known(b);
   return truth(!k || a.hi > b.lo, !k || a.lo <= b.hi);
 }
 
 static zs_interval equal(zs_interval a, zs_interval b)
 {
-  bool k = known(a) && known(b);
+  bool k = zs_interval_known(a) && zs_interval_known(b);
   bool same = k && a.lo == a.hi && b.lo == b.hi && a.lo == b.lo;
   bool apart = k && (a.hi < b.lo || b.hi < a.lo);
   return truth(!same, !apart);
@@ -331,7 +316,7 @@ static zs_interval not_equal(zs_interval a, zs_interval b)
 
 static zs_interval sign(zs_interval a)
 {
-  if (!known(a))
+  if (!zs_interval_known(a))
     return (zs_interval){-1, 1};
   return (zs_interval){(float)(a.lo > 0) - (float)(a.lo < 0), (float)(a.hi > 0) - (float)(a.hi < 0)};
 }
@@ -341,25 +326,31 @@ static zs_interval arc(zs_interval a, float at_lo, float at_hi)
   return a.lo >= -1 && a.hi <= 1 ? monotone(a, at_lo, at_hi, ELEMENTARY) : zs_interval_unknown();
 }
 
+/* Those that are worth sixteen lanes at a time ... */
+#define BINARY_LANES(F) \
+  F(ADD, zs_intervals_add(a, b)) \
+  F(SUBTRACT, zs_intervals_subtract(a, b)) \
+  F(MULTIPLY, zs_intervals_multiply(a, b)) \
+  F(HYPOT, zs_intervals_hypot(a, b))
+
+#define UNARY_LANES(F) \
+  F(NEGATE, zs_intervals_negate(a)) \
+  F(ABSOLUTE, zs_intervals_absolute(a)) \
+  F(SQUARE, zs_intervals_square(a)) \
+  F(SQUARE_ROOT, zs_intervals_square_root(a))
+
+/* ... and the others. */
 #define BINARY_BOUNDS(F) \
-  F(ADD, zs_interval_add(a, b)) \
-  F(SUBTRACT, zs_interval_subtract(a, b)) \
-  F(MULTIPLY, zs_interval_multiply(a, b)) \
   F(DIVIDE, zs_interval_divide(a, b)) \
   F(POWER, power(a, b)) \
   F(MODULO, modulo_bounds(a, b)) \
   F(ATAN2, atan2_bounds(a, b)) \
-  F(HYPOT, zs_interval_hypot(a, b)) \
   F(LESS, less(a, b)) \
   F(LESS_EQUAL, less_equal(a, b)) \
   F(EQUAL, equal(a, b)) \
   F(NOT_EQUAL, not_equal(a, b))
 
 #define UNARY_BOUNDS(F) \
-  F(NEGATE, zs_interval_negate(a)) \
-  F(ABSOLUTE, zs_interval_absolute(a)) \
-  F(SQUARE, zs_interval_square(a)) \
-  F(SQUARE_ROOT, zs_interval_square_root(a)) \
   F(EXPONENTIAL, monotone(a, expf(a.lo), expf(a.hi), ELEMENTARY)) \
   F(LOGARITHM, a.lo >= 0 ? monotone(a, logf(a.lo), logf(a.hi), ELEMENTARY) : zs_interval_unknown()) \
   F(SINE, periodic(a, sinf(a.lo), sinf(a.hi), 1.57079632679489662)) \
@@ -376,35 +367,66 @@ static zs_interval arc(zs_interval a, float at_lo, float at_hi)
 /* A constant as an interval that holds both its exact and its rounded value. */
 static zs_interval constant_interval(const void *data)
 {
-  double exact = *(const double *)data;
-  float rounded = (float)exact;
-  float lo = (double)rounded > exact ? nextafterf(rounded, -INFINITY) : rounded;
-  float hi = (double)rounded < exact ? nextafterf(rounded, INFINITY) : rounded;
-  return (zs_interval){lo, hi};
+  const double exact = *(const double *)data;
+  const float rounded = (float)exact, error = fabsf(rounded) * 6e-8f + 1e-44f;
+  return (zs_interval){(double)rounded > exact ? rounded - error : rounded,
+                       (double)rounded < exact ? rounded + error : rounded};
 }
+
+static zs_intervals constant_intervals(const void *data)
+{
+  const zs_interval c = constant_interval(data);
+  return (zs_intervals){zs_lanes_all(c.lo), zs_lanes_all(c.hi)};
+}
+
+#define BINARY_LANES_KERNELS(NAME, BOUNDS) \
+  static void NAME##_bounds_0(const zs_bounds_arguments *x) \
+  { \
+    const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]); \
+    zs_intervals_store(x->out, BOUNDS); \
+  } \
+  static void NAME##_bounds_1(const zs_bounds_arguments *x) \
+  { \
+    const zs_intervals a = zs_intervals_load(x->in[0]), b = constant_intervals(x->data); \
+    zs_intervals_store(x->out, BOUNDS); \
+  } \
+  static void NAME##_bounds_2(const zs_bounds_arguments *x) \
+  { \
+    const zs_intervals a = constant_intervals(x->data), b = zs_intervals_load(x->in[0]); \
+    zs_intervals_store(x->out, BOUNDS); \
+  }
+BINARY_LANES(BINARY_LANES_KERNELS)
+
+#define UNARY_LANES_KERNELS(NAME, BOUNDS) \
+  static void NAME##_bounds(const zs_bounds_arguments *x) \
+  { \
+    const zs_intervals a = zs_intervals_load(x->in[0]); \
+    zs_intervals_store(x->out, BOUNDS); \
+  }
+UNARY_LANES(UNARY_LANES_KERNELS)
 
 #define BINARY_BOUNDS_KERNELS(NAME, BOUNDS) \
   static void NAME##_bounds_0(const zs_bounds_arguments *x) \
   { \
     for (unsigned l = 0; l < ZS_LANES; l++) { \
-      zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l); \
-      set_lane(x->out, l, BOUNDS); \
+      zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l); \
+      zs_interval_to_lane(x->out, l, BOUNDS); \
     } \
   } \
   static void NAME##_bounds_1(const zs_bounds_arguments *x) \
   { \
     zs_interval b = constant_interval(x->data); \
     for (unsigned l = 0; l < ZS_LANES; l++) { \
-      zs_interval a = lane_of(x->in[0], l); \
-      set_lane(x->out, l, BOUNDS); \
+      zs_interval a = zs_interval_of_lane(x->in[0], l); \
+      zs_interval_to_lane(x->out, l, BOUNDS); \
     } \
   } \
   static void NAME##_bounds_2(const zs_bounds_arguments *x) \
   { \
     zs_interval a = constant_interval(x->data); \
     for (unsigned l = 0; l < ZS_LANES; l++) { \
-      zs_interval b = lane_of(x->in[0], l); \
-      set_lane(x->out, l, BOUNDS); \
+      zs_interval b = zs_interval_of_lane(x->in[0], l); \
+      zs_interval_to_lane(x->out, l, BOUNDS); \
     } \
   }
 BINARY_BOUNDS(BINARY_BOUNDS_KERNELS)
@@ -413,34 +435,25 @@ BINARY_BOUNDS(BINARY_BOUNDS_KERNELS)
   static void NAME##_bounds(const zs_bounds_arguments *x) \
   { \
     for (unsigned l = 0; l < ZS_LANES; l++) { \
-      zs_interval a = lane_of(x->in[0], l); \
-      set_lane(x->out, l, BOUNDS); \
+      zs_interval a = zs_interval_of_lane(x->in[0], l); \
+      zs_interval_to_lane(x->out, l, BOUNDS); \
     } \
   }
 UNARY_BOUNDS(UNARY_BOUNDS_KERNELS)
 
-/* Minimum (towards = -1) and maximum (+1) of operands in registers: what can be
- * dropped is what always loses, or whose sign always loses. */
+/* Minimum and maximum of operands in registers: what can be dropped is what
+ * always loses, or whose sign always loses. */
 static inline void extremum(const zs_bounds_arguments *x, bool maximum)
 {
-  unsigned copy_a = 0, copy_b = 0, sign_a = 0, sign_b = 0;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l), b = lane_of(x->in[1], l);
-    bool both = known(a) && known(b);
-    bool a_wins = both && (maximum ? b.hi < a.lo : a.hi < b.lo);
-    bool b_wins = both && (maximum ? a.hi < b.lo : b.hi < a.lo);
-    bool a_idle = both && (maximum ? a.hi < 0 : a.lo > 0);
-    bool b_idle = both && (maximum ? b.hi < 0 : b.lo > 0);
-    copy_a |= (unsigned)a_wins << l;
-    copy_b |= (unsigned)b_wins << l;
-    sign_a |= (unsigned)b_idle << l;
-    sign_b |= (unsigned)a_idle << l;
-    set_lane(x->out, l, maximum ? zs_interval_maximum(a, b) : zs_interval_minimum(a, b));
-  }
-  x->choice->copy[0] = (uint16_t)copy_a;
-  x->choice->copy[1] = (uint16_t)copy_b;
-  x->choice->sign[0] = (uint16_t)sign_a;
-  x->choice->sign[1] = (uint16_t)sign_b;
+  const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]);
+  const zs_lanes zero = zs_lanes_all(0);
+  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
+  x->choice->copy[0] = zs_lanes_bits(both & (maximum ? b.hi < a.lo : a.hi < b.lo));
+  x->choice->copy[1] = zs_lanes_bits(both & (maximum ? a.hi < b.lo : b.hi < a.lo));
+  x->choice->sign[0] = zs_lanes_bits(both & (maximum ? b.hi < zero : b.lo > zero));
+  x->choice->sign[1] = zs_lanes_bits(both & (maximum ? a.hi < zero : a.lo > zero));
+  zs_intervals_store(x->out,
+                     maximum ? zs_intervals_maximum(a, b) : zs_intervals_minimum(a, b));
 }
 
 static void minimum_bounds(const zs_bounds_arguments *x)
@@ -456,15 +469,11 @@ static void maximum_bounds(const zs_bounds_arguments *x)
 /* Against a constant: only the operand can be a copy. */
 static inline void extremum_constant(const zs_bounds_arguments *x, bool maximum)
 {
-  zs_interval c = constant_interval(x->data);
-  unsigned copy = 0;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = lane_of(x->in[0], l);
-    bool wins = known(a) && (maximum ? c.hi < a.lo : a.hi < c.lo);
-    copy |= (unsigned)wins << l;
-    set_lane(x->out, l, maximum ? zs_interval_maximum(a, c) : zs_interval_minimum(a, c));
-  }
-  x->choice->copy[0] = (uint16_t)copy;
+  const zs_intervals a = zs_intervals_load(x->in[0]), c = constant_intervals(x->data);
+  x->choice->copy[0] =
+    zs_lanes_bits(zs_intervals_known(a) & (maximum ? c.hi < a.lo : a.hi < c.lo));
+  zs_intervals_store(x->out,
+                     maximum ? zs_intervals_maximum(a, c) : zs_intervals_minimum(a, c));
 }
 
 static void minimum_constant_bounds(const zs_bounds_arguments *x)
@@ -481,14 +490,14 @@ static void select_bounds(const zs_bounds_arguments *x)
 {
   unsigned copy_a = 0, copy_b = 0;
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval c = lane_of(x->in[0], l), a = lane_of(x->in[1], l), b = lane_of(x->in[2], l);
+    zs_interval c = zs_interval_of_lane(x->in[0], l), a = zs_interval_of_lane(x->in[1], l), b = zs_interval_of_lane(x->in[2], l);
     bool is_true = c.lo > 0 || c.hi < 0, is_false = c.lo == 0 && c.hi == 0;
     copy_a |= (unsigned)is_true << l;
     copy_b |= (unsigned)is_false << l;
-    zs_interval hull = known(a) && known(b)
+    zs_interval hull = zs_interval_known(a) && zs_interval_known(b)
                          ? (zs_interval){a.lo < b.lo ? a.lo : b.lo, a.hi > b.hi ? a.hi : b.hi}
                          : zs_interval_unknown();
-    set_lane(x->out, l, is_true ? a : is_false ? b : hull);
+    zs_interval_to_lane(x->out, l, is_true ? a : is_false ? b : hull);
   }
   x->choice->copy[1] = (uint16_t)copy_a;
   x->choice->copy[2] = (uint16_t)copy_b;
@@ -515,28 +524,6 @@ const zs_scalar_table ZS_KERNELS(zs_scalar_kernels) = {
 };
 
 /* ---- Linear rows ------------------------------------------------------------ */
-
-/* A row of an affine map as a polynomial of a frame's coordinates:
- *   constant + u k[0] + v k[1] + w k[2]            or, in perspective,
- *   constant + w (k[2] + u k[0] + v k[1]).
- * Combined in double, so that nothing is lost far from the scene's origin. */
-typedef struct frame_row {
-  float constant, k[3];
-} frame_row;
-
-static frame_row row_in_frame(const zs_linear *linear, const zs_frame *frame)
-{
-  const double *r = linear->row;
-  double constant = r[3];
-  frame_row out;
-  for (int j = 0; j < 3; j++) {
-    constant += r[j] * frame->origin[j];
-    const double *axis = frame->axes[j];
-    out.k[j] = (float)(r[0] * axis[0] + r[1] * axis[1] + r[2] * axis[2]);
-  }
-  out.constant = (float)constant;
-  return out;
-}
 
 /* out = c + sum of k[j] * in[j], leaving out the terms that are zero. */
 static void combine(size_t n, float c, const float k[3], const float *const in[3], float *out)
@@ -569,7 +556,7 @@ static void combine(size_t n, float c, const float k[3], const float *const in[3
 
 static void linear_root_value(const zs_block_arguments *x)
 {
-  frame_row r = row_in_frame(x->data, x->frame);
+  zs_row r = zs_row_in_frame(((const zs_linear *)x->data)->row, x->frame);
   if (!x->frame->perspective) {
     combine(x->n, r.constant, r.k, x->in, x->out);
     return;
@@ -583,66 +570,32 @@ static void linear_root_value(const zs_block_arguments *x)
 
 static void linear_root_gradient(const zs_block_arguments *x)
 {
-  frame_row r = row_in_frame(x->data, x->frame);
+  zs_row r = zs_row_in_frame(((const zs_linear *)x->data)->row, x->frame);
   linear_root_value(x);
   for (unsigned k = 0; k < 3; k++)
     for (size_t i = 0; i < x->n; i++)
       x->out[(k + 1) * ZS_BLOCK + i] = r.k[k];
 }
 
-/* Bounds of c + sum k[j] in[j]: each input appears once, so the range is exact
- * but for rounding, whose size is that of the largest terms. */
-static void combine_bounds(float c, const float k[3], const zs_bounds *const in[3], zs_bounds *out)
-{
-  const float unit = 1.2e-7f;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    float lo = c, hi = c, size = fabsf(c);
-    for (int j = 0; j < 3; j++) {
-      if (k[j] == 0)
-        continue;
-      float p = k[j] * in[j]->lo[l], q = k[j] * in[j]->hi[l];
-      lo += p < q ? p : q;
-      hi += p < q ? q : p;
-      size += fmaxf(fabsf(p), fabsf(q));
-    }
-    float slack = 4 * unit * size;
-    lo -= slack;
-    hi += slack;
-    set_lane(out, l, lo <= hi ? (zs_interval){lo, hi} : zs_interval_unknown());
-  }
-}
-
 static void linear_root_bounds(const zs_bounds_arguments *x)
 {
-  frame_row r = row_in_frame(x->data, x->frame);
-  if (!x->frame->perspective) {
-    combine_bounds(r.constant, r.k, x->in, x->out);
-    return;
-  }
-  zs_bounds direction;
-  const float k[3] = {r.k[0], r.k[1], 0};
-  combine_bounds(r.k[2], k, x->in, &direction);
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval along = zs_interval_multiply(lane_of(&direction, l), lane_of(x->in[2], l));
-    float slack = 2.4e-7f * (fabsf(r.constant) + fmaxf(fabsf(along.lo), fabsf(along.hi)));
-    float lo = r.constant + along.lo - slack, hi = r.constant + along.hi + slack;
-    set_lane(x->out, l, lo <= hi ? (zs_interval){lo, hi} : zs_interval_unknown());
-  }
+  zs_row r = zs_row_in_frame(((const zs_linear *)x->data)->row, x->frame);
+  zs_intervals_store(x->out, x->frame->perspective ? zs_row_perspective_bounds(r, x->in)
+                                                   : zs_row_bounds(r, x->in));
 }
 
 static void linear_registers_value(const zs_block_arguments *x)
 {
-  const double *r = ((const zs_linear *)x->data)->row;
-  const float k[3] = {(float)r[0], (float)r[1], (float)r[2]};
-  combine(x->n, (float)r[3], k, x->in, x->out);
+  const zs_row r = zs_row_of_registers(((const zs_linear *)x->data)->row);
+  combine(x->n, r.constant, r.k, x->in, x->out);
 }
 
 static void linear_registers_gradient(const zs_block_arguments *x)
 {
-  const double *r = ((const zs_linear *)x->data)->row;
-  const float k0 = (float)r[0], k1 = (float)r[1], k2 = (float)r[2];
+  const zs_row r = zs_row_of_registers(((const zs_linear *)x->data)->row);
+  const float k0 = r.k[0], k1 = r.k[1], k2 = r.k[2];
   for (unsigned k = 0; k < 4; k++) {
-    const float c = k ? 0 : (float)r[3];
+    const float c = k ? 0 : r.constant;
     const float *a = x->in[0] + k * ZS_BLOCK, *b = x->in[1] + k * ZS_BLOCK,
                 *d = x->in[2] + k * ZS_BLOCK;
     float *out = x->out + k * ZS_BLOCK;
@@ -657,9 +610,8 @@ static void linear_registers_gradient(const zs_block_arguments *x)
 
 static void linear_registers_bounds(const zs_bounds_arguments *x)
 {
-  const double *r = ((const zs_linear *)x->data)->row;
-  const float k[3] = {(float)r[0], (float)r[1], (float)r[2]};
-  combine_bounds((float)r[3], k, x->in, x->out);
+  zs_row r = zs_row_of_registers(((const zs_linear *)x->data)->row);
+  zs_intervals_store(x->out, zs_row_bounds(r, x->in));
 }
 
 /* ---- Constants -------------------------------------------------------------- */
@@ -679,9 +631,7 @@ static void constant_gradient(const zs_block_arguments *x)
 
 static void constant_bounds(const zs_bounds_arguments *x)
 {
-  zs_interval c = constant_interval(x->data);
-  for (unsigned l = 0; l < ZS_LANES; l++)
-    set_lane(x->out, l, c);
+  zs_intervals_store(x->out, constant_intervals(x->data));
 }
 
 const zs_kernels ZS_KERNELS(zs_linear_root_kernels) = {linear_root_value, linear_root_gradient,

@@ -59,6 +59,18 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_formula_emit(compiler, &copy, node->kind->formula, &moved, 0, 0);
 }
 
+static zs_value fused(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct box *p = node->parameters;
+  double size[3], centre[3], parameter[4];
+  resolve(node, size, centre);
+  for (int i = 0; i < 3; i++)
+    parameter[i] = size[i] / 2 - p->round;
+  parameter[3] = p->round;
+  zs_coordinates moved = zs_coordinates_moved(at, centre);
+  return zs_emit_primitive(compiler, ZS_PRIMITIVE_CUBOID, parameter, &moved);
+}
+
 const zs_kind zs_kind_box = {
   .name = "box",
   .family = ZS_FAMILY_PRIMITIVE,
@@ -77,4 +89,5 @@ const zs_kind zs_kind_box = {
              "hypot(hypot(max(u, 0), max(v, 0)), max(w, 0)))",
   .check = check,
   .emit = emit,
+  .fused = fused,
 };

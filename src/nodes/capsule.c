@@ -32,36 +32,27 @@ static void complete_frame(const double w[3], double u[3], double v[3])
     v[i] = w[(i + 1) % 3] * u[(i + 2) % 3] - w[(i + 2) % 3] * u[(i + 1) % 3];
 }
 
-/* In coordinates whose z runs along the segment the clamped projection is one
- * clamp, and the rotation costs nothing. */
-static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+/* Coordinates from the segment's middle, z along it. */
+static zs_value fused(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct capsule *p = node->parameters;
-  double w[3] = {p->to[0] - p->from[0], p->to[1] - p->from[1], p->to[2] - p->from[2]};
+  double w[3], middle[3];
+  for (int i = 0; i < 3; i++) {
+    w[i] = p->to[i] - p->from[i];
+    middle[i] = p->from[i] + w[i] / 2;
+  }
   const double length = hypot(hypot(w[0], w[1]), w[2]);
-  zs_coordinates moved = zs_coordinates_moved(at, p->from);
+  zs_coordinates along = zs_coordinates_moved(at, middle);
   if (length > 0) {
     double u[3], v[3];
     for (int i = 0; i < 3; i++)
       w[i] /= length;
     complete_frame(w, u, v);
     const double turn[12] = {u[0], u[1], u[2], 0, v[0], v[1], v[2], 0, w[0], w[1], w[2], 0};
-    moved = zs_coordinates_affine(&moved, turn);
+    along = zs_coordinates_affine(&along, turn);
   }
-  zs_value x = zs_emit_coordinate(compiler, &moved, 0), y = zs_emit_coordinate(compiler, &moved, 1);
-  zs_value z = zs_emit_coordinate(compiler, &moved, 2);
-  /* How far z is outside [0, length]; its sign does not matter. */
-  zs_value half = zs_emit_constant(compiler, length / 2);
-  zs_value beyond = zs_emit(
-    compiler, ZS_FUNCTION_MAXIMUM,
-    zs_emit(compiler, ZS_FUNCTION_SUBTRACT,
-            zs_emit(compiler, ZS_FUNCTION_ABSOLUTE,
-                    zs_emit(compiler, ZS_FUNCTION_SUBTRACT, z, half, 0), 0, 0),
-            half, 0),
-    zs_emit_constant(compiler, 0), 0);
-  zs_value across = zs_emit(compiler, ZS_FUNCTION_HYPOT, x, y, 0);
-  return zs_emit(compiler, ZS_FUNCTION_SUBTRACT, zs_emit_constant(compiler, p->radius),
-                 zs_emit(compiler, ZS_FUNCTION_HYPOT, across, beyond, 0), 0);
+  return zs_emit_primitive(compiler, ZS_PRIMITIVE_CAPSULE, (double[4]){p->radius, length / 2},
+                           &along);
 }
 
 const zs_kind zs_kind_capsule = {
@@ -77,5 +68,5 @@ const zs_kind zs_kind_capsule = {
              "let l = max(u^2 + v^2 + w^2, 1e-300); "
              "let t = clamp(((x - from.x) * u + (y - from.y) * v + (z - from.z) * w) / l, 0, 1); "
              "radius - hypot(hypot(x - from.x - t * u, y - from.y - t * v), z - from.z - t * w)",
-  .emit = emit,
+  .fused = fused,
 };

@@ -21,6 +21,16 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_formula_emit(compiler, node, "radius - hypot(x, y)", &along, 0, 0);
 }
 
+static zs_value fused(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct cylinder *p = node->parameters;
+  zs_coordinates along = zs_coordinates_along(at, p->axis);
+  if (!zs_node_has(node, "height"))
+    return zs_emit_primitive(compiler, ZS_PRIMITIVE_TUBE, (double[4]){p->radius}, &along);
+  return zs_emit_primitive(compiler, ZS_PRIMITIVE_CYLINDER, (double[4]){p->radius, p->height / 2},
+                           &along);
+}
+
 const zs_kind zs_kind_cylinder = {
   .name = "cylinder",
   .family = ZS_FAMILY_PRIMITIVE,
@@ -35,4 +45,5 @@ const zs_kind zs_kind_cylinder = {
              "let h = abs(z) - height / 2; "
              "-(min(max(r, h), 0) + hypot(max(r, 0), max(h, 0)))",
   .emit = emit,
+  .fused = fused,
 };

@@ -251,6 +251,13 @@ static int axis_of(const zs_node *node)
                                                                            : 2;
 }
 
+/* Whether only the definitions of the kinds are wanted. */
+static bool scalar_only(zs_compiler *compiler)
+{
+  const zs_control *control = zs_compiler_control(compiler);
+  return control && control->scalar;
+}
+
 static zs_value combine(zs_compiler *compiler, const zs_node *node, zs_value a, zs_value b)
 {
   const zs_coordinates nowhere = zs_coordinates_root();
@@ -277,7 +284,8 @@ zs_value zs_kind_emit(zs_compiler *compiler, const zs_node *node, const zs_coord
   if (kind->map[0])
     return map_emit(compiler, node, at);
   if (kind->children == ZS_CHILDREN_MANY || kind->children == ZS_CHILDREN_TWO)
-    return zs_children_fold(compiler, node, at, kind->combine ? kind->combine : combine);
+    return zs_children_fold(compiler, node, at,
+                            kind->combine && !scalar_only(compiler) ? kind->combine : combine);
   zs_coordinates along = zs_coordinates_along(at, axis_of(node));
   zs_value f = kind->children == ZS_CHILDREN_ONE ? zs_children_emit(compiler, node, at) : 0;
   return zs_formula_emit(compiler, node, formula_of(node), &along, f, 0);
@@ -364,8 +372,10 @@ static bool worth_remembering(const zs_node *node)
 static zs_value placed_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   zs_coordinates placed = node->placement ? zs_coordinates_affine(at, node->placement) : *at;
-  zs_value value = node->kind->emit ? node->kind->emit(compiler, node, &placed)
-                                    : zs_kind_emit(compiler, node, &placed);
+  const zs_kind *kind = node->kind;
+  zs_value value = kind->fused && !scalar_only(compiler) ? kind->fused(compiler, node, &placed)
+                   : kind->emit                          ? kind->emit(compiler, node, &placed)
+                                                         : zs_kind_emit(compiler, node, &placed);
   return node->placement ? zs_emit_scaled(compiler, value, node->placement_scale) : value;
 }
 

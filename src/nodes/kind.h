@@ -138,6 +138,10 @@ struct zs_kind {
   /* Emits f.  NULL: from what stands above.  Errors are reported to
    * zs_compiler_diag; any value may then be returned. */
   zs_value (*emit)(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
+  /* The same f by operations made for the kind, in place of `emit` and the
+   * formulas.  Optional; left out where a compilation is for scalar operations
+   * only, which tests compare with.  `combine` is another such shortcut. */
+  zs_value (*fused)(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
   /* A box that holds the solid, in the node's coordinates, from those of its
    * child nodes (one, of their union, for CHILDREN_ONE).  Asked for when bounds
    * of the program find none.  Optional: then there is none to be had. */

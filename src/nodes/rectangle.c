@@ -1,5 +1,7 @@
 #include "nodes/common.h"
 
+#include <math.h>
+
 struct rectangle {
   double size[2], min[2], max[2];
   double round;
@@ -70,6 +72,16 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_formula_emit(compiler, &copy, node->kind->formula, &moved, 0, 0);
 }
 
+static zs_value fused(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct rectangle *p = node->parameters;
+  double size[2], centre[3];
+  resolve(node, size, centre);
+  const double parameter[4] = {size[0] / 2 - p->round, size[1] / 2 - p->round, INFINITY, p->round};
+  zs_coordinates moved = zs_coordinates_moved(at, centre);
+  return zs_emit_primitive(compiler, ZS_PRIMITIVE_CUBOID, parameter, &moved);
+}
+
 const zs_kind zs_kind_rectangle = {
   .name = "rectangle",
   .family = ZS_FAMILY_SHAPE,
@@ -86,4 +98,5 @@ const zs_kind zs_kind_rectangle = {
              "round_ - (min(max(u, v), 0) + hypot(max(u, 0), max(v, 0)))",
   .check = check,
   .emit = emit,
+  .fused = fused,
 };

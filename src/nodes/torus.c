@@ -12,6 +12,13 @@ static const zs_attribute attributes[] = {
   ZS_AXIS(struct torus, axis, "axis of revolution"),
 };
 
+static zs_value fused(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct torus *p = node->parameters;
+  zs_coordinates along = zs_coordinates_along(at, p->axis);
+  return zs_emit_primitive(compiler, ZS_PRIMITIVE_TORUS, (double[4]){p->radius, p->tube}, &along);
+}
+
 const zs_kind zs_kind_torus = {
   .name = "torus",
   .family = ZS_FAMILY_PRIMITIVE,
@@ -22,4 +29,5 @@ const zs_kind zs_kind_torus = {
   .parameters_size = sizeof(struct torus),
   .children = ZS_CHILDREN_NONE,
   .formula = "tube - hypot(hypot(x, y) - radius, z)",
+  .fused = fused,
 };

@@ -1,20 +1,20 @@
 /* Kinds that emit operations of their own, against the formulas that define
  * them: every variant of every kind that has both. */
-#include "build.h"
+#include "random_nodes.h"
 
 enum { POINTS = 400 };
 
-/* The node's formula on values of its children, as the generic emission would
- * have it, compiled beside the node itself. */
-typedef zs_value emission(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
-
-static zs_eval *compiled_by(emission *emit, const zs_node *node)
+/* The node's formula on values of its children, which are formulas too. */
+static zs_eval *compiled_by_formula(const zs_node *node)
 {
   zs_diag diag = {.report = print_diagnostic};
-  zs_compiler *compiler = zs_compiler_new(NULL, NULL, &diag);
+  zs_control control;
+  zs_control_init(&control);
+  control.scalar = true;
+  zs_compiler *compiler = zs_compiler_new(&control, NULL, &diag);
   assert_non_null(compiler);
   zs_coordinates at = zs_coordinates_root();
-  zs_value value = emit(compiler, node, &at);
+  zs_value value = zs_kind_emit(compiler, node, &at);
   assert_int_equal(diag.errors, 0);
   zs_field *field = zs_compiler_finish(compiler, value, 1);
   assert_non_null(field);
@@ -26,7 +26,7 @@ static zs_eval *compiled_by(emission *emit, const zs_node *node)
 
 static void compare(const zs_node *node, uint64_t *state)
 {
-  zs_eval *fused = compiled(node), *formula = compiled_by(zs_kind_emit, node);
+  zs_eval *fused = compiled(node), *formula = compiled_by_formula(node);
   for (int i = 0; i < POINTS; i++) {
     double p[3];
     for (int k = 0; k < 3; k++)
@@ -134,6 +134,33 @@ static void test_leaves(void **unused)
   }
 }
 
+/* Every primitive that has an operation of its own, at any place, turn and size,
+ * and inside a map that is not affine. */
+static void test_placed_primitives(void **unused)
+{
+  (void)unused;
+  uint64_t state = 4;
+  unsigned count = 0;
+  for (const zs_kind *const *kind = zs_kinds; *kind; kind++) {
+    if (!(*kind)->fused || (*kind)->children != ZS_CHILDREN_NONE)
+      continue;
+    count++;
+    for (int repeat = 0; repeat < 20; repeat++) {
+      zs_arena arena = {0};
+      const double at[3] = {random_between(&state, -1, 1), random_between(&state, -1, 1),
+                            random_between(&state, -1, 1)};
+      const double turn = repeat % 3 ? random_between(&state, -180, 180) : 0;
+      const double scale = repeat % 2 ? random_between(&state, 0.4, 2) : 1;
+      zs_node *leaf = place_at(&arena, random_node(&arena, *kind, &state), at, turn, scale);
+      compare(adopt(&arena, node_named(&arena, "union"), leaf), &state);
+      zs_node *twist = set(node_named(&arena, "twist"), "rate", 70);
+      compare(adopt(&arena, node_named(&arena, "union"), adopt(&arena, twist, leaf)), &state);
+      zs_arena_free(&arena);
+    }
+  }
+  assert_true(count >= 8);
+}
+
 static void test_maps(void **unused)
 {
   (void)unused;
@@ -165,6 +192,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_sets_and_blends),
     cmocka_unit_test(test_leaves),
+    cmocka_unit_test(test_placed_primitives),
     cmocka_unit_test(test_maps),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

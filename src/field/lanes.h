@@ -1,0 +1,195 @@
+/* Sixteen boxes at once, for the bounds kernels: explicit vectors, since loops
+ * over sixteen lanes are unrolled by compilers before they could become one
+ * vector operation. */
+#ifndef ZS_LANES_H
+#define ZS_LANES_H
+
+#include "field/operation.h"
+
+#include <math.h>
+#include <string.h>
+#if defined __SSE2__
+#include <immintrin.h>
+#endif
+
+typedef float zs_lanes __attribute__((vector_size(4 * ZS_LANES)));
+typedef int32_t zs_lanes_mask __attribute__((vector_size(4 * ZS_LANES))); /* by lane 0 or -1 */
+
+static inline zs_lanes zs_lanes_all(float x)
+{
+  return (zs_lanes){x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x};
+}
+
+static inline zs_lanes zs_lanes_select(zs_lanes_mask mask, zs_lanes yes, zs_lanes no)
+{
+  return (zs_lanes)((mask & (zs_lanes_mask)yes) | (~mask & (zs_lanes_mask)no));
+}
+
+/* NaN where the mask is not set. */
+static inline zs_lanes zs_lanes_known(zs_lanes_mask mask, zs_lanes x)
+{
+  return (zs_lanes)((zs_lanes_mask)x | ~mask);
+}
+
+static inline zs_lanes zs_lanes_smaller(zs_lanes a, zs_lanes b)
+{
+  return zs_lanes_select(a < b, a, b);
+}
+
+static inline zs_lanes zs_lanes_larger(zs_lanes a, zs_lanes b)
+{
+  return zs_lanes_select(a > b, a, b);
+}
+
+static inline zs_lanes zs_lanes_absolute(zs_lanes a)
+{
+  return (zs_lanes)((zs_lanes_mask)a & INT32_MAX);
+}
+
+static inline zs_lanes zs_lanes_square_root(zs_lanes a)
+{
+#if defined __AVX512F__
+  return (zs_lanes)_mm512_sqrt_ps((__m512)a);
+#else
+  zs_lanes root;
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    root[l] = sqrtf(a[l]);
+  return root;
+#endif
+}
+
+/* One bit per lane. */
+static inline uint16_t zs_lanes_bits(zs_lanes_mask mask)
+{
+#if defined __AVX512DQ__
+  return _mm512_movepi32_mask((__m512i)mask);
+#elif defined __SSE2__
+  __m128 quarter[4];
+  memcpy(quarter, &mask, sizeof mask);
+  return (uint16_t)(_mm_movemask_ps(quarter[0]) | _mm_movemask_ps(quarter[1]) << 4 |
+                    _mm_movemask_ps(quarter[2]) << 8 | _mm_movemask_ps(quarter[3]) << 12);
+#else
+  unsigned bits = 0;
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    bits |= (unsigned)(mask[l] & 1) << l;
+  return (uint16_t)bits;
+#endif
+}
+
+/* ---- Intervals ----------------------------------------------------------------
+ *
+ * The rules of interval.h, sixteen at a time: NaN means unknown and stays
+ * unknown, and ends are rounded outward. */
+
+typedef struct zs_intervals {
+  zs_lanes lo, hi;
+} zs_intervals;
+
+static inline zs_intervals zs_intervals_load(const zs_bounds *bounds)
+{
+  zs_intervals a;
+  memcpy(&a.lo, bounds->lo, sizeof a.lo);
+  memcpy(&a.hi, bounds->hi, sizeof a.hi);
+  return a;
+}
+
+static inline void zs_intervals_store(zs_bounds *bounds, zs_intervals a)
+{
+  memcpy(bounds->lo, &a.lo, sizeof a.lo);
+  memcpy(bounds->hi, &a.hi, sizeof a.hi);
+}
+
+/* Unknown where not lo <= hi, or where the mask is not set. */
+static inline zs_intervals zs_intervals_checked(zs_lanes lo, zs_lanes hi, zs_lanes_mask mask)
+{
+  mask &= lo <= hi;
+  return (zs_intervals){zs_lanes_known(mask, lo), zs_lanes_known(mask, hi)};
+}
+
+static inline zs_lanes_mask zs_intervals_known(zs_intervals a)
+{
+  return a.lo <= a.hi;
+}
+
+static inline zs_intervals zs_intervals_widened(zs_lanes lo, zs_lanes hi, float ulps)
+{
+  const zs_lanes unit = zs_lanes_all(ulps * 1.2e-7f); /* a little over 2^-23 */
+  const zs_lanes_mask known = lo <= hi;
+  return zs_intervals_checked(lo - zs_lanes_absolute(lo) * unit, hi + zs_lanes_absolute(hi) * unit,
+                              known);
+}
+
+static inline zs_intervals zs_intervals_add(zs_intervals a, zs_intervals b)
+{
+  return zs_intervals_widened(a.lo + b.lo, a.hi + b.hi, 1);
+}
+
+static inline zs_intervals zs_intervals_subtract(zs_intervals a, zs_intervals b)
+{
+  return zs_intervals_widened(a.lo - b.hi, a.hi - b.lo, 1);
+}
+
+static inline zs_intervals zs_intervals_multiply(zs_intervals a, zs_intervals b)
+{
+  const zs_lanes p = a.lo * b.lo, q = a.lo * b.hi, r = a.hi * b.lo, s = a.hi * b.hi;
+  const zs_lanes_mask numbers = (p == p) & (q == q) & (r == r) & (s == s);
+  zs_intervals all =
+    zs_intervals_widened(zs_lanes_smaller(zs_lanes_smaller(p, q), zs_lanes_smaller(r, s)),
+                         zs_lanes_larger(zs_lanes_larger(p, q), zs_lanes_larger(r, s)), 1);
+  return zs_intervals_checked(all.lo, all.hi, numbers);
+}
+
+static inline zs_intervals zs_intervals_negate(zs_intervals a)
+{
+  return (zs_intervals){-a.hi, -a.lo};
+}
+
+static inline zs_intervals zs_intervals_absolute(zs_intervals a)
+{
+  const zs_lanes zero = zs_lanes_all(0);
+  const zs_lanes below = zs_lanes_absolute(a.lo), above = zs_lanes_absolute(a.hi);
+  const zs_lanes_mask around = (a.lo <= zero) & (a.hi >= zero);
+  return zs_intervals_checked(zs_lanes_select(around, zero, zs_lanes_smaller(below, above)),
+                              zs_lanes_larger(below, above), zs_intervals_known(a));
+}
+
+static inline zs_intervals zs_intervals_square(zs_intervals a)
+{
+  const zs_intervals m = zs_intervals_absolute(a);
+  return zs_intervals_widened(m.lo * m.lo, m.hi * m.hi, 1);
+}
+
+static inline zs_intervals zs_intervals_square_root(zs_intervals a)
+{
+  const zs_intervals root =
+    zs_intervals_widened(zs_lanes_square_root(a.lo), zs_lanes_square_root(a.hi), 1);
+  return zs_intervals_checked(root.lo, root.hi, a.lo >= zs_lanes_all(0));
+}
+
+static inline zs_intervals zs_intervals_hypot(zs_intervals a, zs_intervals b)
+{
+  const zs_intervals m = zs_intervals_absolute(a), n = zs_intervals_absolute(b);
+  return zs_intervals_widened(zs_lanes_square_root(m.lo * m.lo + n.lo * n.lo),
+                              zs_lanes_square_root(m.hi * m.hi + n.hi * n.hi), 3);
+}
+
+/* Minimum and maximum are exact. */
+static inline zs_intervals zs_intervals_minimum(zs_intervals a, zs_intervals b)
+{
+  return zs_intervals_checked(zs_lanes_smaller(a.lo, b.lo), zs_lanes_smaller(a.hi, b.hi),
+                              zs_intervals_known(a) & zs_intervals_known(b));
+}
+
+static inline zs_intervals zs_intervals_maximum(zs_intervals a, zs_intervals b)
+{
+  return zs_intervals_checked(zs_lanes_larger(a.lo, b.lo), zs_lanes_larger(a.hi, b.hi),
+                              zs_intervals_known(a) & zs_intervals_known(b));
+}
+
+static inline zs_intervals zs_intervals_select(zs_lanes_mask mask, zs_intervals yes,
+                                               zs_intervals no)
+{
+  return (zs_intervals){zs_lanes_select(mask, yes.lo, no.lo), zs_lanes_select(mask, yes.hi, no.hi)};
+}
+
+#endif
