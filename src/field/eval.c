@@ -102,6 +102,11 @@ zs_field *zs_eval_field(const zs_eval *eval)
   return eval->field;
 }
 
+zs_isa_kind zs_eval_isa(const zs_eval *eval)
+{
+  return eval->isa;
+}
+
 zs_frame zs_frame_at(const double origin[3])
 {
   zs_frame frame = {.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .parallel = true};

@@ -36,6 +36,9 @@ const zs_program *zs_field_program(const zs_field *field);
 /* The field an evaluator works for. */
 zs_field *zs_eval_field(const zs_eval *eval);
 
+/* The instruction set whose kernels an evaluator runs. */
+zs_isa_kind zs_eval_isa(const zs_eval *eval);
+
 /* f at n <= ZS_BLOCK points in local coordinates.  Input and output arrays are
  * aligned to 64 bytes and have room for ZS_BLOCK floats; up to the next
  * multiple of ZS_LANES they are read, written and may be changed. */

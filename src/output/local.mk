@@ -29,3 +29,5 @@ zs_sources += \
   src/output/trace.c \
   src/output/trace.h \
   src/output/voxelize.c
+
+zs_kernel_sources += src/output/polygonize_roots.kernel.c

@@ -299,7 +299,7 @@ static void settle(const settling *s)
 {
   settler *w = s->worker->scratch;
   look(s);
-  w->roots.count = w->roots.pending = 0;
+  w->roots.count = 0;
   for (unsigned i = 0; i < w->count; i++) {
     float end[2][3];
     bool inside = w->f[0][i] >= 0;
@@ -309,11 +309,11 @@ static void settle(const settling *s)
       for (int k = 0; k < 3; k++)
         end[e][k] = w->ends[e][k][i];
     w->of_line[w->roots.count] = (uint16_t)i;
-    zs_roots_add(&w->roots, end[!inside], end[inside], w->f[!inside][i], w->f[inside][i],
-                 (float)s->job->tolerance, 0);
+    zs_roots_add(&w->roots, end[!inside], end[inside], w->f[!inside][i], w->f[inside][i]);
   }
   s->worker->evaluations +=
-    zs_roots_solve(&w->roots, s->worker->eval, s->holder->program, &s->frame);
+    zs_roots_solve(&w->roots, s->worker->eval, s->holder->program, &s->frame,
+                   (float)s->job->tolerance, 0);
   for (unsigned i = 0; i < w->roots.count; i++) {
     zs_crease *crease = w->crease[w->of_line[i]];
     float place[3];

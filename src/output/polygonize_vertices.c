@@ -100,7 +100,9 @@ static void flush(const solving *s)
   solver *w = s->worker->scratch;
   if (!w->roots.count)
     return;
-  s->worker->evaluations += zs_roots_solve(&w->roots, s->worker->eval, s->brick->program, &s->frame);
+  s->worker->evaluations +=
+    zs_roots_solve(&w->roots, s->worker->eval, s->brick->program, &s->frame,
+                   (float)s->job->tolerance, (float)s->job->apart);
   for (unsigned i = 0; i < w->roots.count; i++)
     for (int k = 0; k < 3; k++)
       s->job->mesh->positions[3 * (size_t)w->number[i] + (unsigned)k] =
@@ -162,8 +164,7 @@ static void add_edge(const solving *s, const unsigned start[3], unsigned axis, b
   corner_place(s, start_inside ? start : end, inner);
   corner_place(s, start_inside ? end : start, outer);
   w->number[w->roots.count] = number;
-  zs_roots_add(&w->roots, inner, outer, ends ? ends[0] : 1, ends ? ends[1] : -1,
-               (float)s->job->tolerance, (float)s->job->apart);
+  zs_roots_add(&w->roots, inner, outer, ends ? ends[0] : 1, ends ? ends[1] : -1);
   if (w->roots.count == ZS_BLOCK)
     flush(s);
 }
@@ -202,7 +203,7 @@ bool zs_polygonize_vertices(zs_polygonize_job *job)
   if (!scratch)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++) {
-    scratch[t].roots.pending = scratch[t].roots.count = 0;
+    scratch[t].roots.count = 0;
     job->workers[t].scratch = &scratch[t];
   }
   bool done = zs_polygonize_each(job, "vertices", 0.5, 0.9, visit_brick);

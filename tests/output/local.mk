@@ -18,3 +18,7 @@ tests_output_test_render_SOURCES = tests/output/test_render.c tests/output/formu
 tests_output_test_slice_SOURCES = tests/output/test_slice.c tests/output/formula.h
 tests_output_test_voxelize_SOURCES = \
   tests/output/test_voxelize.c tests/output/formula.h tests/files/scratch.h
+
+zs_tests += tests/output/test_roots
+tests_output_test_roots_SOURCES = \
+  tests/output/test_roots.c tests/output/formula.h tests/random.h
