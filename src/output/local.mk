@@ -16,6 +16,8 @@ zs_sources += \
   src/output/polygonize_distinct.c \
   src/output/polygonize_roots.c \
   src/output/polygonize_roots.h \
+  src/output/polygonize_rows.c \
+  src/output/polygonize_rows.h \
   src/output/polygonize_sample.c \
   src/output/polygonize_vertices.c \
   src/output/outline.c \
@@ -30,4 +32,6 @@ zs_sources += \
   src/output/trace.h \
   src/output/voxelize.c
 
-zs_kernel_sources += src/output/polygonize_roots.kernel.c
+zs_kernel_sources += \
+  src/output/polygonize_roots.kernel.c \
+  src/output/polygonize_rows.kernel.c

@@ -122,6 +122,12 @@ static inline bool zs_lattice_pad_edge(const zs_polygonize_job *job, int axis, u
   return i == 0 || i == job->corners[axis] - 2;
 }
 
+/* Coordinate of a local plane in the brick's frame, where it would be without pads. */
+static inline float zs_brick_place(const zs_polygonize_job *job, int axis, unsigned local)
+{
+  return (float)(job->cell[axis] * ((double)local - ZS_BRICK / 2));
+}
+
 /* The brick at an index; beyond the lattice everything is outside. */
 const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t index[3]);
 

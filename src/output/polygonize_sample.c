@@ -1,5 +1,6 @@
 /* The polygonizer's first stage: which bricks hold surface, and their samples. */
 #include "output/polygonize.h"
+#include "output/polygonize_rows.h"
 
 #include "base/diagnostic.h"
 
@@ -21,9 +22,13 @@ typedef struct range {
 } range;
 
 typedef struct sampler {
-  _Alignas(64) float f[ZS_BRICK_CORNERS];
+  _Alignas(64) float before[ZS_BRICK]; /* see zs_row_kernels */
+  float f[ZS_BRICK_CORNERS + ZS_BRICK];
   _Alignas(64) float at[3][ZS_BLOCK];
   _Alignas(64) float result[4][ZS_BLOCK]; /* f and its gradient */
+  zs_row_bits real;                       /* corners that are not pads */
+  zs_row_bits crossing[3];                /* starts of edges within the brick */
+  unsigned crossing_count;
   uint16_t corner[ZS_BLOCK];              /* candidates for a move */
   unsigned candidates;
   zs_moved moved[ZS_BRICK_CORNERS];
@@ -38,6 +43,7 @@ typedef struct sampling {
   range real;
   zs_eval *eval;
   const zs_program *program;
+  const zs_row_kernels *rows;
   zs_frame frame;
   float per_cell[3]; /* 1 / side of a cell */
   float reach;       /* how far from the surface corners are kept */
@@ -86,12 +92,6 @@ zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick)
   return zs_frame_at(origin);
 }
 
-/* Coordinate of a local plane in the brick's frame. */
-static float local(const zs_polygonize_job *job, int axis, unsigned i)
-{
-  return (float)(job->cell[axis] * ((double)i - ZS_BRICK / 2));
-}
-
 /* ---- Samples -------------------------------------------------------------------- */
 
 /* One layer of corners, pads left out. */
@@ -102,22 +102,60 @@ static void sample_layer(const sampling *s, unsigned z)
   unsigned n = 0;
   for (unsigned y = real->lo[1]; y < real->hi[1]; y++)
     for (unsigned x = real->lo[0]; x < real->hi[0]; x++, n++) {
-      w->at[0][n] = local(s->job, 0, x);
-      w->at[1][n] = local(s->job, 1, y);
-      w->at[2][n] = local(s->job, 2, z);
+      w->at[0][n] = zs_brick_place(s->job, 0, x);
+      w->at[1][n] = zs_brick_place(s->job, 1, y);
+      w->at[2][n] = zs_brick_place(s->job, 2, z);
     }
   zs_program_values(s->eval, s->program, &s->frame, n, w->at[0], w->at[1], w->at[2],
                     w->result[0]);
   s->worker->evaluations += n;
   const float *f = w->result[0];
-  for (unsigned y = real->lo[1]; y < real->hi[1]; y++) {
-    unsigned row = z * ZS_BRICK + y, signs = 0;
-    for (unsigned x = real->lo[0]; x < real->hi[0]; x++, f++) {
-      w->f[row * ZS_BRICK + x] = *f;
-      signs |= (unsigned)(*f >= 0) << x;
-    }
-    s->brick->signs[row] = (uint16_t)signs;
+  for (unsigned y = real->lo[1]; y < real->hi[1]; y++)
+    for (unsigned x = real->lo[0]; x < real->hi[0]; x++, f++)
+      w->f[(z * ZS_BRICK + y) * ZS_BRICK + x] = *f;
+}
+
+static unsigned clamped(unsigned i, unsigned lo, unsigned hi)
+{
+  return i < lo ? lo : i >= hi ? hi - 1 : i;
+}
+
+/* Give pads the values of their neighbours. */
+static void fill_pads(const sampling *s)
+{
+  sampler *w = s->worker->scratch;
+  const range *real = &s->real;
+  for (unsigned corner = 0; corner < ZS_BRICK_CORNERS; corner++) {
+    const unsigned x = clamped(corner % ZS_BRICK, real->lo[0], real->hi[0]);
+    const unsigned y = clamped(corner / ZS_BRICK % ZS_BRICK, real->lo[1], real->hi[1]);
+    const unsigned z = clamped(corner / ZS_BRICK_ROWS, real->lo[2], real->hi[2]);
+    w->f[corner] = w->f[(z * ZS_BRICK + y) * ZS_BRICK + x];
   }
+}
+
+static bool has_pads(const range *real)
+{
+  bool pads = false;
+  for (int k = 0; k < 3; k++)
+    pads = pads || real->lo[k] > 0 || real->hi[k] < ZS_BRICK;
+  return pads;
+}
+
+/* All corners, and which edges between them cross the surface. */
+static void sample_brick(const sampling *s)
+{
+  sampler *w = s->worker->scratch;
+  for (unsigned z = s->real.lo[2]; z < s->real.hi[2]; z++)
+    sample_layer(s, z);
+  const bool pads = has_pads(&s->real);
+  if (pads)
+    fill_pads(s);
+  s->rows->signs(w->f, s->brick->signs);
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    w->real[row] = pads ? (uint16_t)row_mask(&s->real, row) : 0xffff;
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    s->brick->signs[row] &= w->real[row];
+  w->crossing_count = s->rows->inner(s->brick->signs, w->real, w->crossing);
 }
 
 /* ---- Corner repulsion -------------------------------------------------------------
@@ -134,44 +172,11 @@ static bool inside(float f)
   return f >= 0;
 }
 
-/* Bits of a row's corners whose edges may cross the surface: those with a sign
- * change to a neighbour in the brick, and those at the brick's sides, which may
- * have one to a neighbour outside. */
-static unsigned near_change(const zs_brick *brick, unsigned row)
-{
-  const unsigned sides = 1u | 1u << (ZS_BRICK - 1);
-  const unsigned y = row % ZS_BRICK, z = row / ZS_BRICK, signs = brick->signs[row];
-  if (y == 0 || y == ZS_BRICK - 1 || z == 0 || z == ZS_BRICK - 1)
-    return 0xffff;
-  unsigned along = signs ^ signs >> 1;
-  return sides | along | along << 1 | (signs ^ brick->signs[row - 1]) |
-         (signs ^ brick->signs[row + 1]) | (signs ^ brick->signs[row - ZS_BRICK]) |
-         (signs ^ brick->signs[row + ZS_BRICK]);
-}
-
-/* Whether a corner may be close enough to the surface to be moved, as far as the
- * brick's samples tell its slope. */
-static bool is_candidate(const sampling *s, const unsigned at[3])
-{
-  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
-  const sampler *w = s->worker->scratch;
-  const unsigned corner = at[0] + stride[1] * at[1] + stride[2] * at[2];
-  const float f = w->f[corner], limit = SLOPE_MARGIN * s->reach;
-  float square = 0;
-  for (int k = 0; k < 3; k++) {
-    float below = at[k] > s->real.lo[k] ? fabsf(w->f[corner - stride[k]] - f) : 0;
-    float above = at[k] + 1 < s->real.hi[k] ? fabsf(w->f[corner + stride[k]] - f) : 0;
-    float slope = (above > below ? above : below) * s->per_cell[k];
-    square += slope * slope;
-  }
-  return f * f < limit * limit * square;
-}
-
 static void corner_place(const sampling *s, unsigned corner, float place[3])
 {
-  place[0] = local(s->job, 0, corner % ZS_BRICK);
-  place[1] = local(s->job, 1, corner / ZS_BRICK % ZS_BRICK);
-  place[2] = local(s->job, 2, corner / ZS_BRICK_ROWS);
+  place[0] = zs_brick_place(s->job, 0, corner % ZS_BRICK);
+  place[1] = zs_brick_place(s->job, 1, corner / ZS_BRICK % ZS_BRICK);
+  place[2] = zs_brick_place(s->job, 2, corner / ZS_BRICK_ROWS);
 }
 
 static void fill_places(const sampling *s)
@@ -197,18 +202,16 @@ static bool on_lower_side(unsigned corner, int axis)
 static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
 {
   sampler *w = s->worker->scratch;
+  float f[ZS_BLOCK], step[ZS_BLOCK];
+  for (unsigned i = 0; i < w->candidates; i++)
+    f[i] = w->f[w->corner[i]];
+  s->rows->steps(w->candidates, f, (const float(*)[ZS_BLOCK])w->result + 1, s->reach, step);
   unsigned kept = 0;
   for (unsigned i = 0; i < w->candidates; i++) {
-    float g[3] = {w->result[1][i], w->result[2][i], w->result[3][i]};
-    float slope = hypotf(hypotf(g[0], g[1]), g[2]);
-    float distance = fabsf(w->f[w->corner[i]]) / slope;
-    if (!(distance < s->reach) || !isfinite(slope))
+    if (step[i] == 0)
       continue;
-    float step = (s->reach - distance) / slope;
-    if (!inside(w->f[w->corner[i]]))
-      step = -step;
     for (int k = 0; k < 3; k++)
-      offset[k][kept] = on_lower_side(w->corner[i], k) ? 0 : step * g[k];
+      offset[k][kept] = on_lower_side(w->corner[i], k) ? 0 : step[i] * w->result[1 + k][i];
     w->corner[kept++] = w->corner[i];
   }
   w->candidates = kept;
@@ -248,51 +251,27 @@ static void move_candidates(const sampling *s)
 static void repel(const sampling *s)
 {
   sampler *w = s->worker->scratch;
-  unsigned lo[3], hi[3], at[3];
+  range free = s->real;
+  zs_row_bits close;
   for (int k = 0; k < 3; k++) {
-    lo[k] = s->real.lo[k];
-    hi[k] = s->real.hi[k];
-    if (zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, lo[k])))
-      lo[k]++;
-    if (hi[k] > lo[k] && zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, hi[k] - 1)))
-      hi[k]--;
+    free.lo[k] += zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, free.lo[k]));
+    if (free.hi[k] > free.lo[k])
+      free.hi[k] -= zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, free.hi[k] - 1));
   }
+  s->rows->close(w->f, (const zs_row_bits *)w->crossing, s->per_cell, SLOPE_MARGIN * s->reach,
+                 close);
   w->candidates = w->moved_count = 0;
-  const unsigned inner = ((1u << hi[0]) - 1) & ~((1u << lo[0]) - 1);
-  for (at[2] = lo[2]; at[2] < hi[2]; at[2]++)
-    for (at[1] = lo[1]; at[1] < hi[1]; at[1]++) {
-      const unsigned row = at[2] * ZS_BRICK + at[1];
-      for (unsigned bits = near_change(s->brick, row) & inner; bits; bits &= bits - 1) {
-        at[0] = (unsigned)__builtin_ctz(bits);
-        if (!is_candidate(s, at))
-          continue;
-        w->corner[w->candidates++] = (uint16_t)(row * ZS_BRICK + at[0]);
-        if (w->candidates == ZS_BLOCK)
-          move_candidates(s);
-      }
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned bits = close[row] ? close[row] & row_mask(&free, row) : 0; bits;
+         bits &= bits - 1) {
+      w->corner[w->candidates++] = (uint16_t)(row * ZS_BRICK + (unsigned)__builtin_ctz(bits));
+      if (w->candidates == ZS_BLOCK)
+        move_candidates(s);
     }
   move_candidates(s);
 }
 
 /* ---- What is kept of a brick ------------------------------------------------------- */
-
-/* Edges along an axis that start in a row, lie in the brick and cross the
- * surface; pads left out. */
-static unsigned inner_edges(const range *real, const zs_brick *brick, unsigned row,
-                            unsigned axis)
-{
-  unsigned signs = brick->signs[row], mask = row_mask(real, row);
-  unsigned other = row;
-  if (axis == 0)
-    return (signs ^ signs >> 1) & mask & mask >> 1;
-  if (axis == 1 && row % ZS_BRICK < ZS_BRICK - 1)
-    other = row + 1;
-  else if (axis == 2 && row / ZS_BRICK < ZS_BRICK - 1)
-    other = row + ZS_BRICK;
-  else
-    return 0;
-  return (signs ^ brick->signs[other]) & mask & row_mask(real, other);
-}
 
 /* Keep the values at the ends of the crossing edges within the brick.  False
  * when memory is out. */
@@ -300,17 +279,13 @@ static bool keep_ends(const sampling *s)
 {
   static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
   const sampler *w = s->worker->scratch;
-  size_t count = 0;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3; axis++)
-      count += (unsigned)__builtin_popcount(inner_edges(&s->real, s->brick, row, axis));
-  float(*ends)[2] = zs_arena_alloc(&s->worker->arena, count, sizeof *ends);
+  float(*ends)[2] = zs_arena_reserve(&s->worker->arena, w->crossing_count, sizeof *ends);
   if (!ends)
     return false;
   s->brick->ends = (const float(*)[2])ends;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned axis = 0; axis < 3; axis++)
-      for (unsigned edges = inner_edges(&s->real, s->brick, row, axis); edges; edges &= edges - 1) {
+      for (unsigned edges = w->crossing[axis][row]; edges; edges &= edges - 1) {
         unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
         float a = w->f[start], b = w->f[start + stride[axis]];
         (*ends)[0] = inside(a) ? a : b;
@@ -325,7 +300,7 @@ static bool keep_moved(const sampling *s)
   const sampler *w = s->worker->scratch;
   if (!w->moved_count)
     return true;
-  zs_moved *moved = ZS_ARENA_NEW(&s->worker->arena, zs_moved, w->moved_count);
+  zs_moved *moved = zs_arena_reserve(&s->worker->arena, w->moved_count, sizeof *moved);
   if (!moved)
     return false;
   memcpy(moved, w->moved, w->moved_count * sizeof *moved);
@@ -363,8 +338,8 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   s.reach = REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
   for (int k = 0; k < 3; k++)
     s.per_cell[k] = (float)(1 / job->cell[k]);
-  for (unsigned z = s.real.lo[2]; z < s.real.hi[2]; z++)
-    sample_layer(&s, z);
+  s.rows = zs_row_kernels_of(zs_eval_isa(eval));
+  sample_brick(&s);
   repel(&s);
   if (!keep_moved(&s) || !keep_ends(&s))
     worker->out_of_memory = true;
@@ -412,8 +387,11 @@ static bool sample(zs_polygonize_job *job)
   sampler *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
   if (!scratch)
     return zs_fail_memory(job->diag);
-  for (unsigned t = 0; t < job->threads; t++)
+  for (unsigned t = 0; t < job->threads; t++) {
+    memset(scratch[t].before, 0, sizeof scratch[t].before);
+    memset(scratch[t].f, 0, sizeof scratch[t].f);
     job->workers[t].scratch = &scratch[t];
+  }
   bool done = run_walk(job);
   free(scratch);
   for (unsigned t = 0; done && t < job->threads; t++)
