@@ -47,8 +47,8 @@ bool zs_polygonize_each(zs_polygonize_job *job, const char *stage, double from, 
                         zs_polygonize_visit *visit)
 {
   const size_t count = job->active_count, step = count / 64 + 1;
-  size_t next_report = 0;
-  atomic_bool cancelled = false;
+  size_t next_report = step;
+  atomic_bool cancelled = !report_progress(job, stage, from);
 #pragma omp parallel for schedule(dynamic, 4) num_threads(job->threads)
   for (size_t i = 0; i < count; i++) {
     if (atomic_load_explicit(&cancelled, memory_order_relaxed))
