@@ -3,8 +3,9 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
-enum { ALIGNMENT = 64, FIRST_BLOCK = 4096 };
+enum { ALIGNMENT = 64, FIRST_BLOCK = 4096, LARGE_PAGE = 1 << 21 };
 
 struct zs_arena_block {
   _Alignas(ALIGNMENT) zs_arena_block *older;
@@ -12,6 +13,34 @@ struct zs_arena_block {
   size_t size;
   _Alignas(ALIGNMENT) unsigned char data[];
 };
+
+void zs_memory_is_large(void *memory, size_t size)
+{
+#ifdef MADV_HUGEPAGE
+  uintptr_t begin = ((uintptr_t)memory + LARGE_PAGE - 1) & ~(uintptr_t)(LARGE_PAGE - 1);
+  uintptr_t end = ((uintptr_t)memory + size) & ~(uintptr_t)(LARGE_PAGE - 1);
+  if (memory && begin < end)
+    madvise((void *)begin, end - begin, MADV_HUGEPAGE); /* advice: it may be refused */
+#else
+  (void)memory, (void)size;
+#endif
+}
+
+/* A block with room for `wanted` bytes, or NULL. */
+static zs_arena_block *new_block(size_t wanted)
+{
+  size_t size = sizeof(zs_arena_block) + wanted;
+  size_t alignment = size >= LARGE_PAGE ? LARGE_PAGE : ALIGNMENT;
+  size = (size + alignment - 1) / alignment * alignment;
+  if (size < wanted || size > SIZE_MAX / 2)
+    return NULL;
+  zs_arena_block *block = aligned_alloc(alignment, size);
+  if (!block)
+    return NULL;
+  zs_memory_is_large(block, size);
+  block->size = size - sizeof *block;
+  return block;
+}
 
 static bool grow(zs_arena *arena, size_t size)
 {
@@ -26,10 +55,7 @@ static bool grow(zs_arena *arena, size_t size)
   size_t wanted = arena->block ? 2 * arena->block->size : FIRST_BLOCK;
   if (wanted < size)
     wanted = size;
-  wanted = (wanted + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-  if (wanted < size || wanted > SIZE_MAX / 2)
-    return false;
-  zs_arena_block *block = aligned_alloc(ALIGNMENT, sizeof *block + wanted);
+  zs_arena_block *block = new_block(wanted);
   if (!block)
     return false;
   if (spare) {
@@ -41,10 +67,9 @@ static bool grow(zs_arena *arena, size_t size)
     block->spare = NULL;
   }
   block->older = arena->block;
-  block->size = wanted;
   arena->block = block;
   arena->used = 0;
-  arena->bytes += wanted;
+  arena->bytes += block->size;
   return true;
 }
 
@@ -55,7 +80,7 @@ void *zs_arena_reserve(zs_arena *arena, size_t count, size_t size)
   size_t bytes = count * size;
   /* Small objects need no more than their own alignment. */
   size_t alignment = bytes >= ALIGNMENT ? ALIGNMENT : 16;
-  size_t start = (arena->used + alignment - 1) / alignment * alignment;
+  size_t start = (arena->used + alignment - 1) & ~(alignment - 1);
   if (!arena->block || start > arena->block->size || bytes > arena->block->size - start) {
     if (!grow(arena, bytes))
       return NULL;
@@ -73,9 +98,12 @@ void *zs_arena_alloc(zs_arena *arena, size_t count, size_t size)
 
 char *zs_arena_string(zs_arena *arena, const char *text, size_t length)
 {
-  char *copy = zs_arena_alloc(arena, length + 1, 1);
-  if (copy && length)
+  char *copy = zs_arena_reserve(arena, length + 1, 1);
+  if (!copy)
+    return NULL;
+  if (length)
     memcpy(copy, text, length);
+  copy[length] = '\0';
   return copy;
 }
 

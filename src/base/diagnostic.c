@@ -7,18 +7,50 @@
 
 enum { MESSAGE_SIZE = 1024, LINE_SIZE = 1024, LONGEST_NAME = 64 };
 
+/* Remember where one more line begins; false when memory is out. */
+static bool add_line(zs_lines *lines, size_t start)
+{
+  if (lines->count == lines->capacity) {
+    uint32_t capacity = lines->capacity ? 2 * lines->capacity : 64;
+    size_t *starts = zs_arena_reserve(lines->arena, capacity, sizeof *starts);
+    if (!starts)
+      return false;
+    if (lines->count)
+      memcpy(starts, lines->starts, lines->count * sizeof *starts);
+    lines->starts = starts;
+    lines->capacity = capacity;
+  }
+  lines->starts[lines->count++] = start;
+  return true;
+}
+
+/* Where line `number` begins; NULL when there is none.  A text with an error in
+ * every line would be searched through for each of them, had it no list. */
+static const char *find_line(const zs_source *source, uint32_t number)
+{
+  zs_lines *lines = source->lines;
+  if (lines && number <= lines->count)
+    return source->text + lines->starts[number - 1];
+  uint32_t known = lines && lines->count ? lines->count : 1;
+  const char *at = source->text + (known > 1 ? lines->starts[known - 1] : 0);
+  const char *end = source->text + source->length;
+  for (;; known++) {
+    if (lines && known > lines->count && !add_line(lines, (size_t)(at - source->text)))
+      lines = NULL;
+    const char *newline = known < number ? memchr(at, '\n', (size_t)(end - at)) : NULL;
+    if (!newline)
+      return known == number ? at : NULL;
+    at = newline + 1;
+  }
+}
+
 /* Copy line `number` of a source, cut to the buffer. */
 static const char *source_line(const zs_source *source, uint32_t number, char line[LINE_SIZE])
 {
-  if (!source || !source->text || !number)
+  const char *at = source && source->text && number ? find_line(source, number) : NULL;
+  if (!at)
     return NULL;
-  const char *at = source->text, *end = at + source->length;
-  for (; number > 1 && at < end; number--) {
-    const char *newline = memchr(at, '\n', (size_t)(end - at));
-    if (!newline)
-      return NULL;
-    at = newline + 1;
-  }
+  const char *end = source->text + source->length;
   size_t length = 0;
   while (at + length < end && length < LINE_SIZE - 1 && at[length] != '\n' && at[length] != '\r')
     length++;

@@ -2,13 +2,22 @@
 #ifndef ZS_DIAGNOSTIC_H
 #define ZS_DIAGNOSTIC_H
 
+#include "base/arena.h"
 #include "zeroset.h"
+
+/* Where the first lines of a text begin, as far as they have been asked for. */
+typedef struct zs_lines {
+  zs_arena *arena;
+  size_t *starts;
+  uint32_t count, capacity;
+} zs_lines;
 
 /* A text that diagnostics can point into. */
 typedef struct zs_source {
   const char *name; /* the file, as the user would write it */
   const char *text; /* may be NULL */
   size_t length;
+  zs_lines *lines; /* NULL: lines are counted anew for every diagnostic */
 } zs_source;
 
 /* Where something stands in a source. */

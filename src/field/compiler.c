@@ -105,7 +105,9 @@ static bool grow(zs_compiler *c)
   if (!instructions)
     return false;
   c->instructions = instructions;
+  zs_memory_is_large(instructions, capacity * sizeof *instructions);
   entry *table = calloc(2 * (size_t)capacity, sizeof *table);
+  zs_memory_is_large(table, 2 * capacity * sizeof *table);
   if (!table)
     return false;
   rehash(c, table, 2 * capacity);

@@ -224,7 +224,7 @@ const zs_kind *const zs_document_kinds[] = {
 const zs_kind *zs_document_kind_find(const char *name)
 {
   for (const zs_kind *const *kind = zs_document_kinds; *kind; kind++)
-    if (strcmp((*kind)->name, name) == 0)
+    if ((*kind)->name[0] == name[0] && strcmp((*kind)->name, name) == 0)
       return *kind;
   return NULL;
 }

@@ -59,28 +59,31 @@ static bool fail_file(zs_diag *diag, const char *path, const request *from, zs_s
                    problem);
 }
 
-/* Read all of an open file into the arena; the text ends with a zero. */
-static bool read_all(int descriptor, uint64_t limit, zs_arena *arena, zs_source *source,
-                     const char **problem)
+/* Twice the room for a text in the arena, or NULL. */
+static char *larger_text(zs_arena *arena, const char *text, size_t *capacity)
 {
-  size_t capacity = 1 << 16;
-  struct stat status;
-  if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
-      (uint64_t)status.st_size <= limit)
-    capacity = (size_t)status.st_size + 1;
-  char *text = malloc(capacity);
-  size_t length = 0;
-  *problem = text ? NULL : "out of memory";
-  while (!*problem) {
-    if (length == capacity) {
-      char *larger = realloc(text, 2 * capacity);
-      if (!larger) {
-        *problem = "out of memory";
-        break;
-      }
-      text = larger;
-      capacity *= 2;
-    }
+  char *larger = zs_arena_reserve(arena, 2, *capacity);
+  if (larger)
+    memcpy(larger, text, *capacity);
+  *capacity *= 2;
+  return larger;
+}
+
+/* Read all of an open file, of `expected` bytes if known, into the arena; the
+ * text ends with a zero. */
+static bool read_all(int descriptor, size_t expected, uint64_t limit, zs_arena *arena,
+                     zs_source *source, const char **problem)
+{
+  size_t capacity = (expected ? expected : 1 << 16) + 1, length = 0;
+  char *text = zs_arena_reserve(arena, 1, capacity);
+  *problem = NULL;
+  for (;;) {
+    if (text && length == capacity)
+      text = larger_text(arena, text, &capacity);
+    if (!text)
+      *problem = "out of memory";
+    if (*problem)
+      return false;
     ssize_t got = read(descriptor, text + length, capacity - length);
     if (got == 0)
       break;
@@ -90,12 +93,10 @@ static bool read_all(int descriptor, uint64_t limit, zs_arena *arena, zs_source 
     if (length > limit)
       *problem = "larger than the limit for scene files";
   }
-  source->text = *problem ? NULL : zs_arena_string(arena, text, length);
+  text[length] = '\0'; /* there was room to read more */
+  source->text = text;
   source->length = length;
-  if (!*problem && !source->text)
-    *problem = "out of memory";
-  free(text);
-  return !*problem;
+  return true;
 }
 
 /* Open and read a file, and learn which one it is. */
@@ -113,7 +114,9 @@ static bool read_file(zs_scene *scene, zs_file *file, const request *from, zs_di
   } else {
     file->device = (uint64_t)status.st_dev;
     file->inode = (uint64_t)status.st_ino;
-    read_all(descriptor, scene->options.maximum_file_size, &scene->arena, &file->source,
+    const uint64_t limit = scene->options.maximum_file_size;
+    const uint64_t size = S_ISREG(status.st_mode) ? (uint64_t)status.st_size : 0;
+    read_all(descriptor, size <= limit ? (size_t)size : 0, limit, &scene->arena, &file->source,
              &problem);
   }
   if (descriptor >= 0)
@@ -129,6 +132,8 @@ static zs_file *new_file(zs_scene *scene, const char *name, const zs_file *inclu
     file->source.name = zs_arena_string(&scene->arena, name, strlen(name));
     file->folder = zs_path_folder(name, &scene->arena);
     file->includer = includer;
+    file->lines.arena = &scene->arena;
+    file->source.lines = &file->lines;
   }
   if (!file || !file->source.name || !file->folder) {
     zs_fail_memory(diag);

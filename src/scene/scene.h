@@ -11,6 +11,7 @@
 /* One scene file.  Files are linked in the order in which they were read. */
 typedef struct zs_file {
   zs_source source; /* first, so that an element's source leads to its file */
+  zs_lines lines;                 /* of the source */
   const char *folder;             /* with a slash at its end, or "" */
   uint64_t device, inode;         /* which file it is; 0 for text in memory */
   const zs_element *root;

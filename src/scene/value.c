@@ -230,9 +230,12 @@ static size_t parse_plain(const input *in, size_t at, size_t index, double *numb
 static size_t count_words(const char *text, size_t length)
 {
   size_t count = 0;
-  for (size_t i = 0; i < length; i++)
-    if (!ends_number(text, i, length) && (i == 0 || ends_number(text, i - 1, length)))
-      count++;
+  bool between = true;
+  for (size_t i = 0; i < length; i++) {
+    bool ends = ends_number(text, i, length);
+    count += between && !ends;
+    between = ends;
+  }
   return count;
 }
 
@@ -401,12 +404,16 @@ static bool evaluate(const input *in, const term *t, double *number)
   return good;
 }
 
-/* The numbers of a value, in the result arena; NULL after reporting. */
-static double *numbers_of(const input *in, size_t *count)
+/* The numbers of a value, for as long as the result arena lives where a list is
+ * kept; NULL after reporting. */
+static const double *numbers_of(const input *in, size_t *count)
 {
   const terms *list = terms_of(in);
   if (!list)
     return NULL;
+  *count = list->count;
+  if (!list->expressions && in->row->type != ZS_NUMBERS)
+    return list->numbers;
   double *numbers = ZS_ARENA_NEW(in->reading->arena, double, list->count);
   if (!numbers) {
     zs_fail_memory(in->reading->diag);
@@ -417,7 +424,6 @@ static double *numbers_of(const input *in, size_t *count)
   bool good = true;
   for (const term *t = list->expressions; t; t = t->next)
     good = evaluate(in, t, &numbers[t->index]) && good;
-  *count = list->count;
   return good ? numbers : NULL;
 }
 
@@ -464,8 +470,10 @@ static bool fail_number(const input *in, const double *numbers, size_t i, const 
 
 static bool check_ranges(const input *in, const double *numbers, size_t count)
 {
+  const term *next = ((const terms *)in->written->parsed)->expressions;
   for (size_t i = 0; i < count; i++) {
-    bool several = count > 1 && !expression_at(in->written->parsed, i);
+    bool expression = next && next->index == i, several = count > 1 && !expression;
+    next = expression ? next->next : next;
     const char *problem = range_problem(in->row, numbers[i], several);
     if (!problem && in->row->type == ZS_INTEGER &&
         (numbers[i] != floor(numbers[i]) || fabs(numbers[i]) > INT_MAX))

@@ -45,17 +45,31 @@ static cursor start_of(const zs_source *source)
   return (cursor){has_mark(source) ? 3 : 0, 1, 1};
 }
 
-/* Move over bytes of UTF-8, counting characters. */
+/* Characters that begin among bytes of UTF-8: all bytes but those 10xxxxxx. */
+static size_t count_characters(const char *text, size_t length)
+{
+  static const uint64_t low_bits = UINT64_C(0x0101010101010101);
+  size_t count = length, i = 0;
+  for (uint64_t word; i + sizeof word <= length; i += sizeof word) {
+    memcpy(&word, text + i, sizeof word);
+    word = (word >> 7) & ~(word >> 6) & low_bits;
+    count -= (word * low_bits) >> 56; /* the sum of the eight bytes */
+  }
+  for (; i < length; i++)
+    count -= ((unsigned char)text[i] & 0xC0) == 0x80;
+  return count;
+}
+
+/* Move over bytes of UTF-8, counting lines and characters. */
 static void step(cursor *c, const char *text, size_t length)
 {
-  for (size_t i = 0; i < length; i++) {
-    if (text[i] == '\n') {
-      c->line++;
-      c->column = 1;
-    } else if (((unsigned char)text[i] & 0xC0) != 0x80) {
-      c->column++;
-    }
+  const char *end = text + length, *newline;
+  while (text < end && (newline = memchr(text, '\n', (size_t)(end - text))) != NULL) {
+    c->line++;
+    c->column = 1;
+    text = newline + 1;
   }
+  c->column += (uint32_t)count_characters(text, (size_t)(end - text));
   c->offset += length;
 }
 
@@ -124,6 +138,14 @@ static size_t behind_name(const char *text, size_t start, size_t end)
   while (at < end && !is_space(text[at]) && text[at] != '>' && text[at] != '/')
     at++;
   return at;
+}
+
+/* Offset of a text that libxml2 hands out, or SIZE_MAX when it is a copy. */
+static size_t offset_of(const reader *r, const char *text)
+{
+  const xmlParserInput *input = r->context->input;
+  const char *base = (const char *)input->base, *last = (const char *)input->end;
+  return text >= base && text < last ? (size_t)input->consumed + (size_t)(text - base) : SIZE_MAX;
 }
 
 /* An attribute as it stands in a start tag. */
@@ -327,6 +349,20 @@ static char *copy_value(reader *r, const char *value, size_t *length)
   return copy;
 }
 
+/* The attribute whose value is at `value`, as libxml2 lists it. */
+static written written_around(const reader *r, size_t value, const xmlChar **entry)
+{
+  const char *text = r->source->text;
+  size_t at = value - 1; /* the quote */
+  while (text[--at] != '=')
+    ;
+  while (is_space(text[at - 1]))
+    at--;
+  size_t prefix = entry[1] ? strlen((const char *)entry[1]) + 1 : 0;
+  size_t length = prefix + strlen((const char *)entry[0]);
+  return (written){.name = at - length, .length = length, .value = value};
+}
+
 /* Fill in the attributes from libxml2's list and from the tag's text, which
  * lists the same ones in the same order. */
 static bool add_attributes(reader *r, zs_element *element, size_t at, int count,
@@ -337,7 +373,9 @@ static bool add_attributes(reader *r, zs_element *element, size_t at, int count,
     return false;
   for (int i = 0; i < count; i++) {
     const xmlChar **entry = list + 5 * i; /* name, prefix, namespace, value, end */
-    written w = next_written(r->source->text, at);
+    size_t value = offset_of(r, (const char *)entry[3]);
+    written w = value < SIZE_MAX ? written_around(r, value, entry)
+                                 : next_written(r->source->text, at);
     while (w.declaration)
       w = next_written(r->source->text, end_of_value(r->source->text, w.value));
     at = end_of_value(r->source->text, w.value);
@@ -413,7 +451,9 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
     return;
   }
   /* The parser is at the end of the tag, in which there is no other '<'. */
-  size_t end = position(r), start = last_before(r, end, '<');
+  size_t end = position(r);
+  size_t value = attribute_count ? offset_of(r, (const char *)attributes[3]) : SIZE_MAX;
+  size_t start = last_before(r, value < SIZE_MAX ? value : end, '<');
   move(r, start);
   *element = (zs_element){.name = word, .source = r->source, .parent = r->open,
                           .line = r->cursor.line, .column = r->cursor.column};
@@ -481,11 +521,9 @@ static void on_end(void *data, const xmlChar *name, const xmlChar *prefix, const
  * stands for its character. */
 static size_t start_of_text(const reader *r, const char *text, size_t length)
 {
-  size_t end = position(r);
-  const xmlParserInput *input = r->context->input;
-  const char *base = (const char *)input->base, *last = (const char *)input->end;
-  if (text >= base && text < last)
-    return (size_t)input->consumed + (size_t)(text - base);
+  size_t end = position(r), start = offset_of(r, text);
+  if (start < SIZE_MAX)
+    return start;
   if (end >= length && memcmp(r->source->text + end - length, text, length) == 0)
     return end - length;
   return last_before(r, end, '&');
@@ -615,6 +653,15 @@ static bool same_word(const char *text, size_t length, const char *word)
   return true;
 }
 
+/* Whether eight bytes are ASCII, and none is zero. */
+static bool is_plain(const unsigned char *text)
+{
+  static const uint64_t low_bits = UINT64_C(0x0101010101010101);
+  uint64_t word;
+  memcpy(&word, text, sizeof word);
+  return (((word - low_bits) | word) & (low_bits << 7)) == 0;
+}
+
 /* Everything that follows may rely on valid UTF-8. */
 static bool check_text(reader *r)
 {
@@ -630,7 +677,9 @@ static bool check_text(reader *r)
     return false;
   }
   for (size_t at = 0, n; at < source->length; at += n) {
-    n = text[at] ? utf8_length(text + at, source->length - at) : 0;
+    n = source->length - at >= 8 && is_plain(text + at) ? 8
+        : text[at] ? utf8_length(text + at, source->length - at)
+                   : 0;
     if (n)
       continue;
     if (text[at] == 0)

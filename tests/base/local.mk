@@ -5,7 +5,7 @@ zs_tests += tests/base/test_names
 tests_base_test_names_SOURCES = tests/base/test_names.c
 
 zs_tests += tests/base/test_diagnostic
-tests_base_test_diagnostic_SOURCES = tests/base/test_diagnostic.c
+tests_base_test_diagnostic_SOURCES = tests/base/test_diagnostic.c tests/random.h
 
 zs_tests += tests/base/test_expression
 tests_base_test_expression_SOURCES = tests/base/test_expression.c tests/comma_locale.h \

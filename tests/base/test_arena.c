@@ -48,6 +48,28 @@ static void test_pieces(void **state)
   assert_null(arena.block);
 }
 
+/* Pieces beyond what fits a large page. */
+static void test_large_pieces(void **state)
+{
+  (void)state;
+  enum { COUNT = 6 };
+  static const size_t sizes[COUNT] = {3000000, 1, 2097024, 2097152, 100, 5000001};
+  unsigned char *pieces[COUNT];
+  zs_arena arena = {0};
+  size_t total = 0;
+  for (int i = 0; i < COUNT; i++) {
+    pieces[i] = zs_arena_alloc(&arena, sizes[i], 1);
+    assert_non_null(pieces[i]);
+    assert_true(all_are(pieces[i], sizes[i], 0));
+    memset(pieces[i], i + 1, sizes[i]);
+    total += sizes[i];
+  }
+  for (int i = 0; i < COUNT; i++)
+    assert_true(all_are(pieces[i], sizes[i], (unsigned char)(i + 1)));
+  assert_true(arena.bytes >= total);
+  zs_arena_free(&arena);
+}
+
 static void test_impossible_sizes(void **state)
 {
   (void)state;
@@ -114,6 +136,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_pieces),
+    cmocka_unit_test(test_large_pieces),
     cmocka_unit_test(test_impossible_sizes),
     cmocka_unit_test(test_strings),
     cmocka_unit_test(test_rewinding),

@@ -1,6 +1,8 @@
 /* Diagnostics: counting, places, source lines, suggestions. */
 #include "base/diagnostic.h"
 
+#include "../random.h"
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -54,7 +56,7 @@ static void test_source_lines(void **state)
 {
   (void)state;
   static const char text[] = "first\r\nsecond\n\nlast";
-  zs_source source = {"scene.xml", text, sizeof text - 1};
+  zs_source source = {.name = "scene.xml", .text = text, .length = sizeof text - 1};
   static const char *const lines[] = {"-", "first", "second", "", "last", "-"};
   unsigned calls = 0;
   zs_diag diag = {.report = keep, .context = &calls};
@@ -68,6 +70,38 @@ static void test_source_lines(void **state)
   }
 }
 
+/* A source with a list of its lines tells the same as one without, whichever
+ * lines are asked for first. */
+static void test_source_lines_in_any_order(void **state)
+{
+  (void)state;
+  enum { LINES = 300 };
+  static char text[2 * LINES * 10];
+  size_t length = 0;
+  uint64_t seed = 1;
+  for (unsigned i = 0; i < LINES; i++)
+    length += (size_t)sprintf(text + length, "%.*u\n", (int)random_below(&seed, 8), i);
+  unsigned calls = 0;
+  zs_diag diag = {.report = keep, .context = &calls};
+  for (unsigned round = 0; round < 50; round++) {
+    zs_arena arena = {0};
+    zs_lines lines = {.arena = &arena};
+    zs_source plain = {.name = "x", .text = text, .length = length - round % 2};
+    zs_source listed = plain;
+    listed.lines = &lines;
+    for (unsigned i = 0; i < 20; i++) {
+      zs_place place = {&plain, random_below(&seed, LINES + 4), 1, NULL, NULL};
+      char expected[sizeof last];
+      zs_report(&diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "wrong");
+      strcpy(expected, last);
+      place.source = &listed;
+      zs_report(&diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "wrong");
+      assert_string_equal(last, expected);
+    }
+    zs_arena_free(&arena);
+  }
+}
+
 static void test_long_messages_are_cut(void **state)
 {
   (void)state;
@@ -75,7 +109,7 @@ static void test_long_messages_are_cut(void **state)
   unsigned calls = 0;
   memset(word, 'a', sizeof word - 1);
   word[sizeof word - 1] = '\0';
-  zs_source source = {"scene.xml", word, sizeof word - 1};
+  zs_source source = {.name = "scene.xml", .text = word, .length = sizeof word - 1};
   zs_place place = {&source, 1, 1, NULL, NULL};
   zs_diag diag = {.report = keep, .context = &calls};
   zs_report(&diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, "%s", word);
@@ -111,6 +145,7 @@ int main(void)
     cmocka_unit_test(test_counting),
     cmocka_unit_test(test_without_a_sink),
     cmocka_unit_test(test_source_lines),
+    cmocka_unit_test(test_source_lines_in_any_order),
     cmocka_unit_test(test_long_messages_are_cut),
     cmocka_unit_test(test_suggestions),
   };

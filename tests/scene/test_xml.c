@@ -140,7 +140,7 @@ static void test_places_in_random_documents(void **state)
     memset(w.elements, 0, 20000 * sizeof(known));
     put(&w, "<?xml version='1.0' encoding=\"UTF-8\"?>\n");
     put_element(&w, 0);
-    zs_source source = {"random.xml", w.text, w.length};
+    zs_source source = {.name = "random.xml", .text = w.text, .length = w.length};
     zs_arena arena = {0};
     printed p = {.length = 0};
     zs_diag diag = {.report = print_diagnostic, .context = &p};
@@ -165,7 +165,7 @@ static const zs_element *parse(const char *text, zs_source *source, zs_arena *ar
   static printed p;
   p.length = 0;
   zs_diag diag = {.report = print_diagnostic, .context = &p};
-  *source = (zs_source){"x.xml", text, strlen(text)};
+  *source = (zs_source){.name = "x.xml", .text = text, .length = strlen(text)};
   const zs_element *root = zs_xml_parse(source, 256, arena, &diag);
   if (!root)
     fail_msg("%s", p.text);
@@ -279,7 +279,7 @@ static void test_depth(void **state)
         at += sprintf(at, "<a>");
       for (uint32_t i = 0; i < depth; i++)
         at += sprintf(at, "</a>");
-      zs_source source = {"x.xml", text, (size_t)(at - text)};
+      zs_source source = {.name = "x.xml", .text = text, .length = (size_t)(at - text)};
       zs_arena arena = {0};
       zs_diag diag = {0};
       const zs_element *root = zs_xml_parse(&source, limit, &arena, &diag);
@@ -302,13 +302,36 @@ static void test_truncated(void **state)
   for (size_t length = 0; length < sizeof text - 1; length++) {
     char *copy = malloc(length + 1);
     memcpy(copy, text, length);
-    zs_source source = {"x.xml", copy, length};
+    zs_source source = {.name = "x.xml", .text = copy, .length = length};
     zs_arena arena = {0};
     zs_diag diag = {0};
     assert_null(zs_xml_parse(&source, 256, &arena, &diag));
     assert_int_equal(diag.errors, 1);
     zs_arena_free(&arena);
     free(copy);
+  }
+}
+
+/* Bytes that no text has are found wherever they stand. */
+static void test_bad_bytes(void **state)
+{
+  (void)state;
+  for (uint32_t at = 9; at < 40; at++) {
+    for (int bad = 0; bad < 2; bad++) {
+      char text[] = "<scene><!--..................................................--></scene>";
+      text[at] = bad ? '\xFF' : '\0';
+      text[at + 3] = '\0'; /* another one behind it is not the first */
+      printed p = {.length = 0};
+      zs_diag diag = {.report = print_diagnostic, .context = &p};
+      zs_source source = {.name = "x.xml", .text = text, .length = sizeof text - 1};
+      zs_arena arena = {0};
+      assert_null(zs_xml_parse(&source, 256, &arena, &diag));
+      char expected[128];
+      snprintf(expected, sizeof expected, "x.xml:1:%u: error: %s\n", at + 1,
+               bad ? "not valid UTF-8" : "not a text file: it contains a zero byte");
+      assert_string_equal(p.text, expected);
+      zs_arena_free(&arena);
+    }
   }
 }
 
@@ -323,6 +346,7 @@ int main(void)
     cmocka_unit_test(test_many_lines),
     cmocka_unit_test(test_depth),
     cmocka_unit_test(test_truncated),
+    cmocka_unit_test(test_bad_bytes),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
