@@ -153,6 +153,10 @@ ZS_API bool zs_scene_view(const zs_scene *scene, size_t index, zs_view *view);
 ZS_API zs_field *zs_scene_compile(zs_scene *scene, const char *object, const zs_control *control,
                                   zs_diag *diag);
 
+/* Look for the errors that only compiling shows, such as fits without a
+ * solution, in all objects.  What they share is compiled once. */
+ZS_API bool zs_scene_check(zs_scene *scene, const zs_control *control, zs_diag *diag);
+
 /* ---- Fields ----------------------------------------------------------- */
 
 ZS_API zs_field *zs_field_ref(zs_field *field);

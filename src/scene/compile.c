@@ -46,6 +46,32 @@ static zs_field *compile(zs_scene *scene, const char *object, const zs_control *
   return field;
 }
 
+/* Emit every object, with none of what only a field to evaluate needs. */
+static void emit_all(zs_scene *scene, const zs_control *control, zs_diag *diag)
+{
+  zs_compiler *compiler = zs_compiler_new(control, scene->cache, diag);
+  if (!compiler)
+    return;
+  const zs_node *const *roots;
+  size_t count;
+  if (zs_scene_expand_all(scene, zs_compiler_arena(compiler), &roots, &count, diag)) {
+    const zs_coordinates root = zs_coordinates_root();
+    for (size_t i = 0; i < count; i++)
+      zs_node_emit(compiler, roots[i], &root);
+  }
+  /* Any value will do to learn whether memory was enough. */
+  zs_field_unref(zs_compiler_finish(compiler, zs_emit_constant(compiler, 0), 0));
+}
+
+bool zs_scene_check(zs_scene *scene, const zs_control *control, zs_diag *diag)
+{
+  zs_gate gate;
+  zs_gate_open(&gate, diag, &scene->warned);
+  zs_cache_advance(scene->cache);
+  emit_all(scene, control, &gate.diag);
+  return zs_gate_close(&gate);
+}
+
 zs_field *zs_scene_compile(zs_scene *scene, const char *object, const zs_control *control,
                            zs_diag *diag)
 {

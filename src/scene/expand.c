@@ -87,6 +87,11 @@ static zs_reading reading_of(const expansion *x)
 static void turn(double degrees, double *sine, double *cosine)
 {
   static const double sines[] = {0, 1, 0, -1};
+  if (degrees == 0) {
+    *sine = 0;
+    *cosine = 1;
+    return;
+  }
   double quarters = degrees / 90;
   if (quarters == floor(quarters)) {
     int quarter = (int)(quarters - 4 * floor(quarters / 4));
@@ -746,6 +751,27 @@ bool zs_scene_expand(zs_scene *scene, const char *object, zs_arena *arena, zs_tr
     end(&x);
   }
   return zs_gate_close(&gate) && tree->root;
+}
+
+bool zs_scene_expand_all(zs_scene *scene, zs_arena *arena, const zs_node *const **roots,
+                         size_t *count, zs_diag *diag)
+{
+  zs_gate gate;
+  expansion x;
+  zs_gate_open(&gate, diag, &scene->warned);
+  zs_scene_update(scene, &gate.diag);
+  *count = 1 + scene->objects.count;
+  const zs_node **nodes = ZS_ARENA_NEW(arena, const zs_node *, *count);
+  if (!nodes) {
+    zs_fail_memory(&gate.diag);
+  } else if (gate.diag.errors == 0 && begin(&x, scene, arena, &gate.diag)) {
+    nodes[0] = main_node(&x);
+    for (size_t i = 0; i < scene->objects.count; i++)
+      nodes[1 + i] = object_node(&x, i);
+    end(&x);
+  }
+  *roots = nodes;
+  return zs_gate_close(&gate);
 }
 
 /* ---- Places of nodes --------------------------------------------------- */

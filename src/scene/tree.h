@@ -19,6 +19,10 @@ typedef struct zs_tree {
 bool zs_scene_expand(zs_scene *scene, const char *object, zs_arena *arena, zs_tree *tree,
                      zs_diag *diag);
 
+/* Expand the main object and then every object, what they share once. */
+bool zs_scene_expand_all(zs_scene *scene, zs_arena *arena, const zs_node *const **roots,
+                         size_t *count, zs_diag *diag);
+
 /* Things worth computing once per scene, found again by a 128-bit hash of all
  * their inputs (fits, transforms).  Reference counted by the cache and by every
  * field that uses one. */

@@ -26,3 +26,9 @@ zs_tests += tests/scene/test_memory
 tests_scene_test_memory_SOURCES = tests/scene/test_memory.c tests/scene/print.h
 tests_scene_test_memory_LDFLAGS = $(AM_LDFLAGS) \
   -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
+
+# Counted by the test.
+zs_tests += tests/scene/test_growth
+tests_scene_test_growth_SOURCES = tests/scene/test_growth.c tests/scene/print.h
+tests_scene_test_growth_LDFLAGS = $(AM_LDFLAGS) \
+  -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=memchr

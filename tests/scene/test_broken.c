@@ -73,9 +73,39 @@ static void test_corpus(void **state)
   assert_true(count >= LEAST);
 }
 
+/* What only compiling shows is found in objects that the main one does not
+ * use, and told once however many share it. */
+static void test_checking(void **state)
+{
+  (void)state;
+  static const char text[] = "<scene>"
+                             "<object id='bad'><variational><point at='0 0 0'/></variational>"
+                             "</object>"
+                             "<object id='one'><use object='bad' at='1 0 0'/></object>"
+                             "<object id='two'><use object='bad'/></object>"
+                             "<object id='worse'><variational><point at='1 1 1'/></variational>"
+                             "</object>"
+                             "<object id='main'><sphere/></object></scene>";
+  static printed p;
+  p.length = 0;
+  zs_diag diag = {.report = print_diagnostic, .context = &p};
+  zs_scene *scene = zs_scene_parse(text, sizeof text - 1, "x.xml", NULL, &diag);
+  assert_non_null(scene);
+  assert_int_equal(diag.errors, 0);
+  assert_false(zs_scene_check(scene, NULL, &diag));
+  if (diag.errors != 2)
+    fail_msg("%u errors: %s", diag.errors, p.text);
+  assert_int_equal(diag.status, ZS_ERROR_GEOMETRY);
+  zs_diag none = {0};
+  zs_field *field = zs_scene_compile(scene, NULL, NULL, &none);
+  assert_non_null(field);
+  zs_field_unref(field);
+  zs_scene_free(scene);
+}
+
 int main(void)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_corpus)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_corpus), cmocka_unit_test(test_checking)};
   const char *top = getenv("top_srcdir");
   char folder[4096];
   snprintf(folder, sizeof folder, "%s/tests/scene/broken", top ? top : ".");

@@ -88,9 +88,9 @@ static void test_loading(void **state)
   assert_true(n > 10);
 }
 
-static void test_compiling(void **state)
+/* Fail the n-th allocation of a job on a good scene, for every n. */
+static void exhaust(bool (*job)(zs_scene *scene, zs_diag *diag))
 {
-  (void)state;
   zs_scene *scene = zs_scene_parse(text, sizeof text - 1, "x.xml", NULL, NULL);
   assert_non_null(scene);
   unsigned long n = 0;
@@ -100,16 +100,39 @@ static void test_compiling(void **state)
     report.length = 0;
     zs_diag diag = {.report = print_diagnostic, .context = &report};
     until_failure = n;
-    zs_field *field = zs_scene_compile(scene, NULL, NULL, &diag);
+    bool good = job(scene, &diag);
     passed = until_failure > 0;
     until_failure = 0;
-    assert_true((field == NULL) == (diag.errors > 0));
-    if (!field && diag.status != ZS_ERROR_MEMORY)
+    assert_true(good == (diag.errors == 0));
+    if (!good && diag.status != ZS_ERROR_MEMORY)
       fail_msg("allocation %lu: %s", n, report.text);
-    zs_field_unref(field);
   }
   assert_true(n > 10);
   zs_scene_free(scene);
+}
+
+static bool compile(zs_scene *scene, zs_diag *diag)
+{
+  zs_field *field = zs_scene_compile(scene, NULL, NULL, diag);
+  zs_field_unref(field);
+  return field;
+}
+
+static void test_compiling(void **state)
+{
+  (void)state;
+  exhaust(compile);
+}
+
+static bool check(zs_scene *scene, zs_diag *diag)
+{
+  return zs_scene_check(scene, NULL, diag);
+}
+
+static void test_checking(void **state)
+{
+  (void)state;
+  exhaust(check);
 }
 
 int main(void)
@@ -117,6 +140,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_loading),
     cmocka_unit_test(test_compiling),
+    cmocka_unit_test(test_checking),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
