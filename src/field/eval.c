@@ -8,32 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-  ALIGNMENT = 64,
-  ROWS = 4 /* of a register: value and three derivatives */
-};
+enum { ALIGNMENT = 64 };
 
 /* A regional program is worth having when it is this part of its parent. */
 static const double WORTHWHILE = 0.8;
-
-struct zs_eval {
-  zs_field *field;
-  zs_isa_kind isa;
-  float *storage;  /* register_count x ROWS x ZS_BLOCK */
-  float **values;  /* where each register is in blocks without gradients ... */
-  float **gradients; /* ... and with them */
-  zs_bounds *bounds; /* by register */
-  zs_choice *choices;
-  zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];
-  double *points; /* by instruction: results at one point */
-  zs_shortener shortener;
-  /* zs_eval_restrict */
-  const zs_program *programs[ZS_MAXIMUM_REGIONS + 1];
-  zs_arena_mark marks[ZS_MAXIMUM_REGIONS];
-  unsigned regions;
-  zs_arena arena;
-  float *block; /* 3 coordinates, then ROWS rows of results */
-};
 
 static void *aligned(size_t count, size_t size)
 {
@@ -57,15 +35,16 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   }
   e->field = zs_field_ref(field);
   e->isa = zs_isa_select();
-  e->storage = aligned(registers, ROWS * ZS_BLOCK * sizeof(float));
+  e->storage = aligned(registers, ZS_EVAL_ROWS * ZS_BLOCK * sizeof(float));
   e->values = aligned(registers, sizeof *e->values);
   e->gradients = aligned(registers, sizeof *e->gradients);
   e->bounds = aligned(registers, sizeof *e->bounds);
   e->choices = aligned(program->choice_count, sizeof *e->choices);
   e->regional = aligned(program->regional_count, sizeof *e->regional);
   e->points = aligned(count, sizeof *e->points);
-  e->block = aligned((3 + ROWS) * (size_t)ZS_BLOCK, sizeof *e->block);
-  if (!e->storage || !e->values || !e->gradients || !e->bounds || !e->choices || !e->regional ||
+  e->block = aligned((3 + ZS_EVAL_ROWS) * (size_t)ZS_BLOCK, sizeof *e->block);
+  e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
+  if (!e->kept || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices || !e->regional ||
       !e->points || !e->block || !zs_shortener_init(&e->shortener, program->count)) {
     zs_eval_free(e);
     zs_fail_memory(diag);
@@ -73,7 +52,7 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   }
   for (size_t r = 0; r < registers; r++) {
     e->values[r] = e->storage + r * ZS_BLOCK;
-    e->gradients[r] = e->storage + r * ROWS * ZS_BLOCK;
+    e->gradients[r] = e->storage + r * ZS_EVAL_ROWS * ZS_BLOCK;
   }
   e->programs[0] = program;
   return e;
@@ -93,6 +72,7 @@ void zs_eval_free(zs_eval *eval)
   free(eval->points);
   zs_shortener_free(&eval->shortener);
   free(eval->block);
+  free(eval->kept);
   zs_arena_free(&eval->arena);
   free(eval);
 }
@@ -278,14 +258,14 @@ void zs_eval_gradients(zs_eval *eval, const double origin[3], size_t n, const fl
 {
   zs_frame frame = zs_frame_at(origin);
   float *u = eval->block, *v = u + ZS_BLOCK, *w = v + ZS_BLOCK, *out = w + ZS_BLOCK;
-  float *const results[ROWS] = {f, gx, gy, gz};
+  float *const results[ZS_EVAL_ROWS] = {f, gx, gy, gz};
   for (size_t at = 0; at < n; at += ZS_BLOCK) {
     unsigned m = n - at < ZS_BLOCK ? (unsigned)(n - at) : ZS_BLOCK;
     memcpy(u, x + at, m * sizeof *u);
     memcpy(v, y + at, m * sizeof *v);
     memcpy(w, z + at, m * sizeof *w);
     zs_program_gradients(eval, current(eval), &frame, m, u, v, w, out);
-    for (int k = 0; k < ROWS; k++)
+    for (int k = 0; k < ZS_EVAL_ROWS; k++)
       memcpy(results[k] + at, out + (size_t)k * ZS_BLOCK, m * sizeof *f);
   }
 }

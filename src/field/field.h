@@ -64,4 +64,29 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                                     const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
                                     zs_arena *arena);
 
+enum {
+  ZS_EVAL_ROWS = 4,    /* of a register: value and three derivatives */
+  ZS_MAXIMUM_KEPT = 64 /* values kept over the layers of a lattice */
+};
+
+struct zs_eval {
+  zs_field *field;
+  zs_isa_kind isa;
+  float *storage;  /* register_count x ZS_EVAL_ROWS x ZS_BLOCK */
+  float **values;  /* where each register is in blocks without gradients ... */
+  float **gradients; /* ... and with them */
+  zs_bounds *bounds; /* by register */
+  zs_choice *choices;
+  zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];
+  double *points; /* by instruction: results at one point */
+  zs_shortener shortener;
+  /* zs_eval_restrict */
+  const zs_program *programs[ZS_MAXIMUM_REGIONS + 1];
+  zs_arena_mark marks[ZS_MAXIMUM_REGIONS];
+  unsigned regions;
+  zs_arena arena;
+  float *block; /* 3 coordinates, then ZS_EVAL_ROWS rows of results */
+  float *kept;  /* zs_program_lattice: ZS_MAXIMUM_KEPT blocks */
+};
+
 #endif

@@ -1,6 +1,7 @@
-/* Sixteen boxes at once, for the bounds kernels: explicit vectors, since loops
+/* Sixteen boxes, or points of a block, at once: explicit vectors, since loops
  * over sixteen lanes are unrolled by compilers before they could become one
- * vector operation. */
+ * vector operation, and longer ones become vector operations only as long as
+ * they are simple. */
 #ifndef ZS_LANES_H
 #define ZS_LANES_H
 
@@ -12,7 +13,7 @@
 #include <immintrin.h>
 #endif
 
-typedef float zs_lanes __attribute__((vector_size(4 * ZS_LANES)));
+typedef float zs_lanes __attribute__((vector_size(4 * ZS_LANES), may_alias));
 typedef int32_t zs_lanes_mask __attribute__((vector_size(4 * ZS_LANES))); /* by lane 0 or -1 */
 
 static inline zs_lanes zs_lanes_all(float x)
@@ -50,12 +51,36 @@ static inline zs_lanes zs_lanes_square_root(zs_lanes a)
 {
 #if defined __AVX512F__
   return (zs_lanes)_mm512_sqrt_ps((__m512)a);
+#elif defined __AVX__
+  __m256 half[2];
+  memcpy(half, &a, sizeof a);
+  half[0] = _mm256_sqrt_ps(half[0]);
+  half[1] = _mm256_sqrt_ps(half[1]);
+  memcpy(&a, half, sizeof a);
+  return a;
+#elif defined __SSE2__
+  __m128 quarter[4];
+  memcpy(quarter, &a, sizeof a);
+  for (int i = 0; i < 4; i++)
+    quarter[i] = _mm_sqrt_ps(quarter[i]);
+  memcpy(&a, quarter, sizeof a);
+  return a;
 #else
-  zs_lanes root;
   for (unsigned l = 0; l < ZS_LANES; l++)
-    root[l] = sqrtf(a[l]);
-  return root;
+    a[l] = sqrtf(a[l]);
+  return a;
 #endif
+}
+
+/* Blocks are aligned to whole lanes. */
+static inline zs_lanes zs_lanes_load(const float *from)
+{
+  return *(const zs_lanes *)(const void *)from;
+}
+
+static inline void zs_lanes_store(float *to, zs_lanes a)
+{
+  *(zs_lanes *)(void *)to = a;
 }
 
 /* One bit per lane. */

@@ -10,6 +10,7 @@ zs_sources += \
   src/field/interval.h \
   src/field/isa.c \
   src/field/lanes.h \
+  src/field/lattice.c \
   src/field/operation.h \
   src/field/primitive.c \
   src/field/primitive.h \

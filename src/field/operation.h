@@ -93,6 +93,9 @@ typedef struct zs_operation {
   /* Bytes of `data` that decide equality of two instructions; 0 when the
    * pointer does, or when there is no data. */
   size_t data_size;
+  /* The inputs that the value depends on, one bit each, in a frame whose axes are
+   * those of the scene; NULL: all of them. */
+  unsigned (*used)(const void *data);
   const zs_kernels *const *kernels; /* [ZS_ISA_COUNT] */
   /* The definition, in double precision at one point. */
   double (*reference)(const void *data, const double in[ZS_MAXIMUM_INPUTS]);

@@ -61,6 +61,15 @@ REFERENCE(cylinder)
 REFERENCE(torus)
 REFERENCE(capsule)
 
+static unsigned used(const void *data)
+{
+  const double *m = ((const zs_primitive *)data)->matrix;
+  unsigned inputs = 0;
+  for (unsigned j = 0; j < 3; j++)
+    inputs |= (unsigned)(m[j] != 0 || m[4 + j] != 0 || m[8 + j] != 0) << j;
+  return inputs;
+}
+
 #if defined ZS_WITH_X86_KERNELS
 #define KERNELS(shape, root) \
   {&zs_primitive_kernels_baseline[shape][root], &zs_primitive_kernels_avx2[shape][root], \
@@ -73,10 +82,10 @@ REFERENCE(capsule)
 
 #define OPERATION(SHAPE, NAME) \
   [ZS_PRIMITIVE_##SHAPE] = {{.name = #NAME " registers", .arity = 3, \
-                             .data_size = sizeof(zs_primitive), \
+                             .data_size = sizeof(zs_primitive), .used = used, \
                              .kernels = kernels[ZS_PRIMITIVE_##SHAPE][0], \
                              .reference = NAME##_reference}, \
-                            {.name = #NAME, .arity = 3, .data_size = sizeof(zs_primitive), \
+                            {.name = #NAME, .arity = 3, .data_size = sizeof(zs_primitive), .used = used, \
                              .kernels = kernels[ZS_PRIMITIVE_##SHAPE][1], \
                              .reference = NAME##_reference}},
 #define LISTS(SHAPE) \

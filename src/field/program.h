@@ -71,6 +71,24 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
 const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
                                       zs_request request, zs_arena *arena);
 
+/* ---- Lattices ---------------------------------------------------------- */
+
+enum { ZS_LATTICE_SIDE = 16 };
+
+/* Points (at[0][i], at[1][j], at[2][k]) in a frame, in ascending order. */
+typedef struct zs_lattice {
+  zs_frame frame;
+  unsigned count[3]; /* 1 .. ZS_LATTICE_SIDE */
+  float at[3][ZS_LATTICE_SIDE];
+} zs_lattice;
+
+/* f at the points of a lattice: f[(k * ZS_LATTICE_SIDE + j) * ZS_LATTICE_SIDE + i].
+ * For signs, points whose sign bounds know get a bound of f in its place.  With
+ * `prune` false every point is evaluated with the whole program.  Returns how
+ * many points were evaluated. */
+unsigned zs_program_lattice(zs_eval *eval, const zs_program *program, const zs_lattice *lattice,
+                            zs_request request, bool prune, float *f);
+
 /* ---- The walk ---------------------------------------------------------- */
 
 /* A hierarchical walk over a lattice of bricks: bounds decide what they can,

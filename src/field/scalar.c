@@ -93,6 +93,12 @@ static double linear_reference(const void *data, const double in[])
   return r[0] * in[0] + r[1] * in[1] + r[2] * in[2] + r[3];
 }
 
+static unsigned linear_used(const void *data)
+{
+  const double *r = ((const zs_linear *)data)->row;
+  return (r[0] != 0) | (unsigned)(r[1] != 0) << 1 | (unsigned)(r[2] != 0) << 2;
+}
+
 static double constant_reference(const void *data, const double in[])
 {
   (void)in;
@@ -102,11 +108,13 @@ static double constant_reference(const void *data, const double in[])
 const zs_operation zs_linear_root = {.name = "linear",
                                      .arity = 3,
                                      .data_size = sizeof(zs_linear),
+                                     .used = linear_used,
                                      .kernels = linear_root_kernels,
                                      .reference = linear_reference};
 const zs_operation zs_linear_registers = {.name = "linear registers",
                                           .arity = 3,
                                           .data_size = sizeof(zs_linear),
+                                          .used = linear_used,
                                           .kernels = linear_registers_kernels,
                                           .reference = linear_reference};
 const zs_operation zs_constant = {.name = "constant",

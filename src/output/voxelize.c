@@ -9,7 +9,7 @@
 #include <string.h>
 
 enum {
-  BRICK = 16, /* samples along the sides of a brick */
+  BRICK = ZS_LATTICE_SIDE, /* samples along the sides of a brick */
   SLAB_BYTES = 64 << 20 /* about the size of a slab of samples */
 };
 
@@ -20,6 +20,8 @@ typedef struct slab {
   uint32_t z, layers; /* its layers are z .. z + layers - 1 */
   uint32_t brick[3];  /* samples of a brick */
   void *samples;      /* float, or uint8_t when the quantity is INSIDE */
+  zs_request request;
+  bool prune;
   zs_counter *evaluations; /* by thread */
 } slab;
 
@@ -50,76 +52,50 @@ static void uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], b
       memset(samples + sample_index(s, from[0], y, z), inside, to[0] - from[0]);
 }
 
-/* The samples of a brick, as rows along x. */
-typedef struct rows {
-  uint32_t lo[3], count[3]; /* of samples, in the slab */
-  float first[3];           /* where sample lo is, relative to the frame */
-  float cell[3];
-} rows;
-
-static rows brick_rows(const slab *s, const uint32_t index[3], zs_frame *frame)
+/* The samples of a brick; `from` is its first one in the slab. */
+static zs_lattice brick_lattice(const slab *s, const uint32_t index[3], uint32_t from[3])
 {
-  rows r;
+  zs_lattice lattice;
   double origin[3];
   for (int k = 0; k < 3; k++) {
-    r.lo[k] = index[k] * s->brick[k];
-    uint32_t left = side(s, k) - r.lo[k];
-    r.count[k] = left < s->brick[k] ? left : s->brick[k];
+    from[k] = index[k] * s->brick[k];
+    const uint32_t left = side(s, k) - from[k];
+    lattice.count[k] = left < s->brick[k] ? left : s->brick[k];
     /* Origins stay on one lattice whatever the height of slabs, so that the
      * same sample is always rounded in the same way. */
-    uint32_t at = k == 2 ? s->z + r.lo[k] : r.lo[k], corner = at / BRICK * BRICK;
+    const uint32_t at = k == 2 ? s->z + from[k] : from[k], corner = at / BRICK * BRICK;
     origin[k] = s->grid->lo[k] + s->grid->cell[k] * corner;
-    r.cell[k] = (float)s->grid->cell[k];
-    r.first[k] = (float)(at - corner);
+    for (uint32_t i = 0; i < lattice.count[k]; i++)
+      lattice.at[k][i] = ((float)(at - corner + i) + 0.5f) * (float)s->grid->cell[k];
   }
-  *frame = zs_frame_at(origin);
-  return r;
+  lattice.frame = zs_frame_at(origin);
+  return lattice;
 }
 
-/* Coordinates of `count` rows from row `first` on. */
-static void fill_rows(const rows *r, uint32_t first, uint32_t count, float *x, float *y, float *z)
+static void store_row(const slab *s, size_t at, const float *f, uint32_t count)
 {
-  for (uint32_t row = first; row < first + count; row++) {
-    float at_y = (r->first[1] + (float)(row % r->count[1]) + 0.5f) * r->cell[1];
-    float at_z = (r->first[2] + (float)(row / r->count[1]) + 0.5f) * r->cell[2];
-    for (uint32_t i = 0; i < r->count[0]; i++) {
-      *x++ = (r->first[0] + (float)i + 0.5f) * r->cell[0];
-      *y++ = at_y;
-      *z++ = at_z;
-    }
+  if (s->quantity == ZS_QUANTITY_VALUE) {
+    memcpy((float *)s->samples + at, f, count * sizeof *f);
+    return;
   }
-}
-
-static void store_rows(const slab *s, const rows *r, uint32_t first, uint32_t count, const float *f)
-{
-  for (uint32_t row = first; row < first + count; row++, f += r->count[0]) {
-    size_t at =
-      sample_index(s, r->lo[0], r->lo[1] + row % r->count[1], r->lo[2] + row / r->count[1]);
-    if (s->quantity == ZS_QUANTITY_VALUE) {
-      memcpy((float *)s->samples + at, f, r->count[0] * sizeof *f);
-      continue;
-    }
-    uint8_t *out = (uint8_t *)s->samples + at;
-    for (uint32_t i = 0; i < r->count[0]; i++)
-      out[i] = f[i] >= 0;
-  }
+  uint8_t *out = (uint8_t *)s->samples + at;
+  for (uint32_t i = 0; i < count; i++)
+    out[i] = f[i] >= 0;
 }
 
 static void brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
                   const zs_program *program)
 {
   slab *s = visitor;
-  zs_frame frame;
-  rows r = brick_rows(s, index, &frame);
-  _Alignas(64) float x[ZS_BLOCK], y[ZS_BLOCK], z[ZS_BLOCK], f[ZS_BLOCK];
-  const uint32_t all = r.count[1] * r.count[2], most = ZS_BLOCK / r.count[0];
-  for (uint32_t first = 0; first < all; first += most) {
-    uint32_t count = all - first < most ? all - first : most;
-    fill_rows(&r, first, count, x, y, z);
-    zs_program_values(eval, program, &frame, count * r.count[0], x, y, z, f);
-    store_rows(s, &r, first, count, f);
-  }
-  s->evaluations[thread].count += (uint64_t)all * r.count[0];
+  uint32_t from[3];
+  float f[ZS_LATTICE_SIDE * ZS_LATTICE_SIDE * ZS_LATTICE_SIDE];
+  const zs_lattice lattice = brick_lattice(s, index, from);
+  s->evaluations[thread].count +=
+    zs_program_lattice(eval, program, &lattice, s->request, s->prune, f);
+  for (uint32_t z = 0; z < lattice.count[2]; z++)
+    for (uint32_t y = 0; y < lattice.count[1]; y++)
+      store_row(s, sample_index(s, from[0], from[1] + y, from[2] + z),
+                f + (z * ZS_LATTICE_SIDE + y) * ZS_LATTICE_SIDE, lattice.count[0]);
 }
 
 /* Evaluate all samples of a slab. */
@@ -128,7 +104,7 @@ static bool fill_slab(slab *s, zs_field *field, const zs_control *control, zs_di
   const zs_grid *grid = s->grid;
   bool inside = s->quantity == ZS_QUANTITY_INSIDE;
   zs_walk walk = {.field = field,
-                  .request = inside ? ZS_REQUEST_SIGN : ZS_REQUEST_VALUE,
+                  .request = s->request,
                   .control = control,
                   .stage = "voxels",
                   .progress_from = (double)s->z / grid->count[2],
@@ -220,6 +196,8 @@ static bool run(job *j, const zs_grid *grid, zs_quantity quantity, zs_diag *diag
   j->threads = zs_control_threads(j->control);
   slab s = {.grid = grid,
             .quantity = quantity,
+            .request = quantity == ZS_QUANTITY_INSIDE ? ZS_REQUEST_SIGN : ZS_REQUEST_VALUE,
+            .prune = !j->control || !j->control->brute,
             .brick = {BRICK, BRICK, layers < BRICK ? layers : BRICK},
             .samples = malloc(layers * layer_bytes),
             .evaluations = zs_counters_new(j->threads)};

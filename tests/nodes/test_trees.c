@@ -143,8 +143,78 @@ static void test_pruned_is_unpruned(void **unused)
   assert_true(counts.uncertain * 1000 < counts.points);
 }
 
+/* ---- Lattices ----------------------------------------------------------------- */
+
+static zs_lattice random_lattice(uint64_t *state)
+{
+  double origin[3];
+  for (int k = 0; k < 3; k++)
+    origin[k] = random_between(state, -2, 2);
+  zs_lattice lattice = {.frame = zs_frame_at(origin)};
+  const double step = random_between(state, 0.002, 0.05);
+  for (int k = 0; k < 3; k++) {
+    lattice.count[k] =
+      random_below(state, 3) ? ZS_LATTICE_SIDE : 1 + (unsigned)random_below(state, 16);
+    for (unsigned i = 0; i < lattice.count[k]; i++)
+      lattice.at[k][i] = (float)(step * ((double)i - 7.5));
+  }
+  return lattice;
+}
+
+/* The points of a layer by the whole program: the values for which a lattice
+ * has short cuts. */
+static void check_layer(zs_eval *eval, const zs_lattice *lattice, unsigned k, const float *values,
+                        const float *signs)
+{
+  _Alignas(64) float x[ZS_BLOCK], y[ZS_BLOCK], z[ZS_BLOCK], f[ZS_BLOCK];
+  unsigned n = 0;
+  for (unsigned j = 0; j < lattice->count[1]; j++)
+    for (unsigned i = 0; i < lattice->count[0]; i++, n++) {
+      x[n] = lattice->at[0][i];
+      y[n] = lattice->at[1][j];
+      z[n] = lattice->at[2][k];
+    }
+  zs_program_values(eval, zs_field_program(zs_eval_field(eval)), &lattice->frame, n, x, y, z, f);
+  n = 0;
+  for (unsigned j = 0; j < lattice->count[1]; j++)
+    for (unsigned i = 0; i < lattice->count[0]; i++, n++) {
+      const size_t at = (k * ZS_LATTICE_SIDE + j) * ZS_LATTICE_SIDE + i;
+      if (!(values[at] == f[n] || (isnan(values[at]) && isnan(f[n]))))
+        fail_msg("point %u %u %u: %.9g, but by itself %.9g", i, j, k, values[at], f[n]);
+      if (fabsf(f[n]) > 1e-6f && (signs[at] >= 0) != (f[n] >= 0))
+        fail_msg("point %u %u %u: sign of %.9g, but by itself %.9g", i, j, k, signs[at], f[n]);
+    }
+}
+
+static void test_lattices(void **unused)
+{
+  (void)unused;
+  enum { POINTS_OF_LATTICE = ZS_LATTICE_SIDE * ZS_LATTICE_SIDE * ZS_LATTICE_SIDE };
+  static float values[POINTS_OF_LATTICE], signs[POINTS_OF_LATTICE];
+  uint64_t state = 99, evaluated = 0, all = 0;
+  for (int i = 0; i < 600; i++) {
+    zs_arena arena = {0};
+    zs_eval *eval = compiled(random_tree(&arena, 1 + i % 8, &state));
+    const zs_program *program = zs_field_program(zs_eval_field(eval));
+    const zs_lattice lattice = random_lattice(&state);
+    const unsigned points = lattice.count[0] * lattice.count[1] * lattice.count[2];
+    assert_int_equal(
+      zs_program_lattice(eval, program, &lattice, ZS_REQUEST_VALUE, i % 4 != 0, values), points);
+    evaluated += zs_program_lattice(eval, program, &lattice, ZS_REQUEST_SIGN, true, signs);
+    all += points;
+    for (unsigned k = 0; k < lattice.count[2]; k++)
+      check_layer(eval, &lattice, k, values, signs);
+    zs_eval_free(eval);
+    zs_arena_free(&arena);
+  }
+  assert_true(4 * evaluated < 3 * all); /* bounds do decide */
+}
+
 int main(void)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_pruned_is_unpruned)};
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_pruned_is_unpruned),
+    cmocka_unit_test(test_lattices),
+  };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
