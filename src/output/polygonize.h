@@ -23,6 +23,8 @@ enum {
   ZS_REACH = ZS_BRICK + 1                 /* corners of its cells */
 };
 
+typedef uint16_t zs_row_bits[ZS_BRICK_ROWS]; /* bit x of a row: a corner, edge or cell */
+
 /* A corner that was moved away from the surface (see polygonize_sample.c). */
 typedef struct zs_moved {
   uint16_t corner; /* 256 z + 16 y + x in its brick */
@@ -39,12 +41,16 @@ typedef struct zs_crease {
   bool settled;    /* on the surface */
 } zs_crease;
 
+typedef struct zs_normal_box {
+  float lo[3], hi[3]; /* lo > hi: empty */
+} zs_normal_box;
+
 typedef struct zs_brick zs_brick;
 struct zs_brick {
   uint32_t index[3];
   const zs_program *program;           /* serves the closed brick; of sampled ones */
-  uint16_t signs[ZS_BRICK_ROWS];       /* bit x: the corner is inside */
-  uint16_t crossing[3][ZS_BRICK_ROWS]; /* by axis: edges with a vertex of their own */
+  zs_row_bits signs;                   /* corners that are inside */
+  zs_row_bits crossing[3];             /* by axis: edges with a vertex of their own */
   uint16_t first[ZS_BRICK_ROWS];       /* vertices of the rows before */
   uint32_t vertex_count, triangle_count;
   size_t first_vertex, first_triangle;
@@ -56,7 +62,11 @@ struct zs_brick {
   zs_crease *creases; /* in ascending order of cells */
   uint32_t crease_count;
   size_t first_crease; /* the vertex of the first one */
+  /* Boxes that hold the normals of its vertices: of all, and by axis of those in
+   * its lower side across the axis. */
+  zs_normal_box all_normals, side_normals[3];
   bool sampled; /* false: bounds know that all of it is inside */
+  bool at_face; /* some of its edges or cells may lead to pads */
 };
 
 /* One thread's working data. */
@@ -131,6 +141,10 @@ static inline float zs_brick_place(const zs_polygonize_job *job, int axis, unsig
 /* The brick at an index; beyond the lattice everything is outside. */
 const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t index[3]);
 
+/* The brick or one of its upper neighbours: `d` has a bit for every axis along
+ * which it is the next one. */
+const zs_brick *zs_brick_upper(const zs_polygonize_job *job, const zs_brick *brick, unsigned d);
+
 /* The frame that all of a brick's evaluations use: its origin is the lattice
  * place of corner 8, where it would be without pads. */
 zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick);
@@ -148,11 +162,23 @@ static inline size_t zs_reach_offset(unsigned x, unsigned y, unsigned z)
   return (size_t)z * ZS_REACH_PLANE + (size_t)y * ZS_REACH + x;
 }
 
+/* Ones of sixteen bits, where the processor cannot be relied on to count them. */
+static inline unsigned zs_ones(unsigned bits)
+{
+  bits -= bits >> 1 & 0x5555;
+  bits = (bits & 0x3333) + (bits >> 2 & 0x3333);
+  bits = (bits + (bits >> 4)) & 0x0f0f;
+  return (bits + (bits >> 8)) & 0x1f;
+}
+
 /* Signs of a brick's corners and those of its upper neighbours: bit x of
  * rows[z][y]. */
 typedef uint32_t zs_brick_rows[ZS_REACH][ZS_REACH];
 void zs_brick_gather_signs(const zs_polygonize_job *job, const zs_brick *brick,
                            zs_brick_rows rows);
+
+/* Whether a brick's edges or cells may lead to pads. */
+bool zs_brick_at_face(const zs_polygonize_job *job, const uint32_t index[3]);
 
 /* Vertex numbers by axis, then start of their edge; only those of crossing edges
  * are ever written and read. */
@@ -170,6 +196,9 @@ uint32_t zs_brick_active_cells(const zs_polygonize_job *job, const zs_brick *bri
 /* Whether a cell lies between the grid's face and its pads. */
 bool zs_brick_is_pad_cell(const zs_polygonize_job *job, const zs_brick *brick, unsigned x,
                           unsigned y, unsigned z);
+/* The active cells of all rows. */
+void zs_brick_find_cells(const zs_polygonize_job *job, const zs_brick *brick,
+                         const zs_brick_rows rows, zs_row_bits cells);
 static inline unsigned zs_brick_cell_case(const zs_brick_rows rows, unsigned x, unsigned y,
                                           unsigned z)
 {

@@ -1,5 +1,6 @@
 /* The polygonizer's cells: which edges carry vertices, and the triangles. */
 #include "output/polygonize.h"
+#include "output/polygonize_rows.h"
 
 #include "base/diagnostic.h"
 
@@ -8,18 +9,24 @@
 void zs_brick_gather_signs(const zs_polygonize_job *job, const zs_brick *brick, zs_brick_rows rows)
 {
   const zs_brick *from[8];
-  for (unsigned d = 0; d < 8; d++) {
-    uint32_t at[3];
-    for (int k = 0; k < 3; k++)
-      at[k] = brick->index[k] + (d >> k & 1);
-    from[d] = d ? zs_lattice_brick(job, at) : brick;
+  for (unsigned d = 0; d < 8; d++)
+    from[d] = zs_brick_upper(job, brick, d);
+  for (unsigned z = 0; z < ZS_REACH; z++) {
+    const unsigned layer = z % ZS_BRICK * ZS_BRICK, d = z < ZS_BRICK ? 0 : 4;
+    const uint16_t *own = from[d]->signs + layer, *next = from[d | 1]->signs + layer;
+    for (unsigned y = 0; y < ZS_BRICK; y++)
+      rows[z][y] = own[y] | (next[y] & 1u) << ZS_BRICK;
+    rows[z][ZS_BRICK] =
+      from[d | 2]->signs[layer] | (from[d | 3]->signs[layer] & 1u) << ZS_BRICK;
   }
-  for (unsigned z = 0; z < ZS_REACH; z++)
-    for (unsigned y = 0; y < ZS_REACH; y++) {
-      unsigned d = (y == ZS_BRICK ? 2u : 0) | (z == ZS_BRICK ? 4u : 0);
-      unsigned row = z % ZS_BRICK * ZS_BRICK + y % ZS_BRICK;
-      rows[z][y] = from[d]->signs[row] | (from[d | 1]->signs[row] & 1u) << ZS_BRICK;
-    }
+}
+
+bool zs_brick_at_face(const zs_polygonize_job *job, const uint32_t index[3])
+{
+  for (int k = 0; k < 3; k++)
+    if (index[k] == 0 || index[k] * ZS_BRICK + ZS_REACH > job->corners[k] - 2)
+      return true;
+  return false;
 }
 
 /* ---- Edges ------------------------------------------------------------------------ */
@@ -40,28 +47,23 @@ static bool local_is(const zs_polygonize_job *job, const zs_brick *brick, int ax
   return is(job, axis, zs_lattice_index(brick, axis, local));
 }
 
-/* The crossing edges of a brick.  A corner of the solid on two or three faces of
+/* Take edges without a vertex of their own off a brick.  A corner of the solid on two or three faces of
  * the grid has an edge to a pad across each of them, all cut at the corner
  * itself: only the edge across the first face has a vertex.  Without caps edges
  * to pads have none. */
-static void find_crossings(const zs_polygonize_job *job, const zs_brick_rows rows, zs_brick *brick)
+static void leave_out_pads(const zs_polygonize_job *job, zs_brick *brick)
 {
   const uint32_t to_pad = plane_bits(job, brick, zs_lattice_pad_edge);
   const uint32_t on_face = plane_bits(job, brick, zs_lattice_on_face);
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
     unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
-    uint32_t signs = rows[z][y];
-    uint32_t x_edges = signs ^ signs >> 1, y_edges = signs ^ rows[z][y + 1],
-             z_edges = signs ^ rows[z + 1][y];
     if (!job->cap)
-      x_edges &= ~to_pad;
+      brick->crossing[0][row] &= (uint16_t)~to_pad;
     if (local_is(job, brick, 1, y, zs_lattice_pad_edge))
-      y_edges &= job->cap ? ~on_face : 0;
+      brick->crossing[1][row] &= (uint16_t)(job->cap ? ~on_face : 0);
     if (local_is(job, brick, 2, z, zs_lattice_pad_edge))
-      z_edges &= job->cap && !local_is(job, brick, 1, y, zs_lattice_on_face) ? ~on_face : 0;
-    brick->crossing[0][row] = (uint16_t)x_edges;
-    brick->crossing[1][row] = (uint16_t)y_edges;
-    brick->crossing[2][row] = (uint16_t)z_edges;
+      brick->crossing[2][row] &=
+        (uint16_t)(job->cap && !local_is(job, brick, 1, y, zs_lattice_on_face) ? ~on_face : 0);
   }
 }
 
@@ -87,8 +89,8 @@ uint32_t zs_brick_active_cells(const zs_polygonize_job *job, const zs_brick *bri
   uint32_t any = rows[z][y] | rows[z][y + 1] | rows[z + 1][y] | rows[z + 1][y + 1];
   uint32_t all = rows[z][y] & rows[z][y + 1] & rows[z + 1][y] & rows[z + 1][y + 1];
   uint32_t active = (any | any >> 1) & ~(all & all >> 1) & 0xffff;
-  if (!active)
-    return 0;
+  if (!active || !brick->at_face)
+    return active;
   unsigned outer = (unsigned)local_is(job, brick, 1, y, is_pad_cell) +
                    (unsigned)local_is(job, brick, 2, z, is_pad_cell);
   unsigned allowed = job->cap ? 2 : 1; /* sides that it must not be outside of */
@@ -97,47 +99,78 @@ uint32_t zs_brick_active_cells(const zs_polygonize_job *job, const zs_brick *bri
   return outer + 1 == allowed ? active & ~plane_bits(job, brick, is_pad_cell) : active;
 }
 
+void zs_brick_find_cells(const zs_polygonize_job *job, const zs_brick *brick,
+                         const zs_brick_rows rows, zs_row_bits cells)
+{
+  zs_row_kernels_of(zs_eval_isa(job->workers[0].eval))->cells(rows, cells);
+  for (unsigned row = 0; brick->at_face && row < ZS_BRICK_ROWS; row++)
+    cells[row] =
+      (uint16_t)zs_brick_active_cells(job, brick, rows, row % ZS_BRICK, row / ZS_BRICK);
+}
+
 void zs_polygonize_count(const zs_polygonize_job *job, const zs_contour_table *table,
                          zs_brick *brick)
 {
+  const zs_row_kernels *kernels = zs_row_kernels_of(zs_eval_isa(job->workers[0].eval));
   zs_brick_rows rows;
+  zs_row_bits cells;
   zs_brick_gather_signs(job, brick, rows);
-  find_crossings(job, rows, brick);
-  brick->vertex_count = 0;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
-    brick->first[row] = (uint16_t)brick->vertex_count;
-    for (unsigned axis = 0; axis < 3; axis++)
-      brick->vertex_count += (unsigned)__builtin_popcount(brick->crossing[axis][row]);
-  }
+  kernels->crossing((const uint32_t(*)[ZS_REACH])rows, brick->crossing);
+  if (brick->at_face)
+    leave_out_pads(job, brick);
+  brick->vertex_count = kernels->first((const zs_row_bits *)brick->crossing, brick->first);
+  zs_brick_find_cells(job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
   brick->triangle_count = 0;
-  for (unsigned z = 0; z < ZS_BRICK; z++)
-    for (unsigned y = 0; y < ZS_BRICK; y++)
-      for (uint32_t cells = zs_brick_active_cells(job, brick, rows, y, z); cells;
-           cells &= cells - 1) {
-        unsigned x = (unsigned)__builtin_ctz(cells);
-        brick->triangle_count += table->cases[zs_brick_cell_case(rows, x, y, z)].triangle_count;
-      }
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
+      unsigned inside = zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows,
+                                           (unsigned)__builtin_ctz(bits), row % ZS_BRICK,
+                                           row / ZS_BRICK);
+      brick->triangle_count += table->cases[inside].triangle_count;
+    }
 }
 
 /* ---- Vertex numbers --------------------------------------------------------------------- */
 
-/* Number the vertices of one brick's edges as far as another's cells reach them:
- * `d` has a bit for every axis along which the owner is the next brick. */
+/* Number the vertices of a row's edges. */
+static void number_row(const zs_brick *brick, unsigned row, uint32_t *at)
+{
+  uint32_t number = (uint32_t)brick->first_vertex + brick->first[row];
+  for (unsigned axis = 0; axis < 3; axis++, at += ZS_REACH_CORNERS)
+    for (unsigned edges = brick->crossing[axis][row]; edges; edges &= edges - 1)
+      at[__builtin_ctz(edges)] = number++;
+}
+
+/* Number the vertices of those that start at the first corner. */
+static void number_first(const zs_brick *brick, unsigned row, uint32_t *at)
+{
+  uint32_t number = (uint32_t)brick->first_vertex + brick->first[row];
+  if (!((brick->crossing[0][row] | brick->crossing[1][row] | brick->crossing[2][row]) & 1))
+    return;
+  for (unsigned axis = 0; axis < 3; axis++, at += ZS_REACH_CORNERS) {
+    const unsigned edges = brick->crossing[axis][row];
+    if (edges & 1)
+      *at = number;
+    number += zs_ones(edges);
+  }
+}
+
+/* Number the vertices of a brick's own edges, or of an upper neighbour's as far as
+ * its cells reach them: in the first plane along the axes to it.  `d`: see
+ * zs_brick_upper. */
 static void number_owned(const zs_brick *owner, unsigned d, zs_edge_numbers numbers)
 {
-  const unsigned x_bits = d & 1 ? 1 : 0xffff;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
-    unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
-    if ((d & 2 && y) || (d & 4 && z))
-      continue;
-    size_t start =
-      zs_reach_offset(d & 1 ? ZS_BRICK : 0, d & 2 ? ZS_BRICK : y, d & 4 ? ZS_BRICK : z);
-    uint32_t number = (uint32_t)owner->first_vertex + owner->first[row];
-    for (unsigned axis = 0; axis < 3; axis++)
-      for (unsigned edges = owner->crossing[axis][row]; edges; edges &= edges - 1, number++)
-        if (edges & -edges & x_bits)
-          numbers[axis * ZS_REACH_CORNERS + start + (unsigned)__builtin_ctz(edges)] = number;
-  }
+  const unsigned y_end = d & 2 ? 1 : ZS_BRICK, z_end = d & 4 ? 1 : ZS_BRICK;
+  uint32_t *start = numbers + zs_reach_offset(d & 1 ? ZS_BRICK : 0, d & 2 ? ZS_BRICK : 0,
+                                              d & 4 ? ZS_BRICK : 0);
+  for (unsigned z = 0; z < z_end; z++)
+    for (unsigned y = 0; y < y_end; y++) {
+      uint32_t *at = start + zs_reach_offset(0, y, z);
+      if (d & 1)
+        number_first(owner, z * ZS_BRICK + y, at);
+      else
+        number_row(owner, z * ZS_BRICK + y, at);
+    }
 }
 
 /* Edges to pads that share their vertex with the edge across the first face
@@ -182,14 +215,11 @@ void zs_brick_number_edges(const zs_polygonize_job *job, const zs_brick *brick,
                            zs_edge_numbers numbers)
 {
   for (unsigned d = 0; d < 8; d++) {
-    uint32_t at[3];
-    for (int k = 0; k < 3; k++)
-      at[k] = brick->index[k] + (d >> k & 1);
-    const zs_brick *owner = d ? zs_lattice_brick(job, at) : brick;
+    const zs_brick *owner = zs_brick_upper(job, brick, d);
     if (owner->vertex_count)
       number_owned(owner, d, numbers);
   }
-  if (job->cap && touches_two_faces(job, brick))
+  if (job->cap && brick->at_face && touches_two_faces(job, brick))
     share_numbers(job, brick, numbers);
 }
 
@@ -210,6 +240,8 @@ typedef struct writing {
   const zs_brick *brick;
   const uint32_t *numbers;
   size_t offsets[ZS_CELL_EDGES];
+  /* By case: of the corners of its triangles. */
+  const uint16_t (*corners)[3 * ZS_CELL_TRIANGLES];
   uint32_t *triangle; /* the next one */
 } writing;
 
@@ -302,12 +334,11 @@ static void put_side(writing *w, const int cell[3], size_t at, uint32_t own, uns
     put(w, u, v, crease);
 }
 
-/* The triangles of a cell; its creases are those of the brick from `crease` to
+/* The triangles of a cell with creases: those of the brick from `crease` to
  * `end`. */
-static void write_cell(writing *w, const zs_contour_table *table, unsigned inside,
-                       const int xyz[3], uint32_t crease, uint32_t end)
+static void write_creased(writing *w, const zs_cell_case *cell, const int xyz[3],
+                          uint32_t crease, uint32_t end)
 {
-  const zs_cell_case *cell = &table->cases[inside];
   const size_t at = zs_reach_offset((unsigned)xyz[0], (unsigned)xyz[1], (unsigned)xyz[2]);
   const uint8_t *loop = cell->loops, *triangles = cell->triangles;
   for (unsigned l = 0; l < cell->loop_count; l++) {
@@ -328,40 +359,58 @@ static void write_cell(writing *w, const zs_contour_table *table, unsigned insid
   }
 }
 
-static void write_triangles(const zs_polygonize_job *job, const zs_contour_table *table,
-                            const zs_brick *brick, zs_edge_numbers numbers)
+/* Those of one without. */
+static void write_plain(writing *w, unsigned inside, unsigned count, const uint32_t *numbers)
 {
-  writing w = {.job = job,
-               .brick = brick,
-               .numbers = numbers,
-               .triangle = job->mesh->triangles + 3 * brick->first_triangle};
+  const uint16_t *corner = w->corners[inside];
+  for (unsigned i = 0; i < 3 * count; i += 3)
+    put(w, numbers[corner[i]], numbers[corner[i + 1]], numbers[corner[i + 2]]);
+}
+
+static void write_triangles(writing *w, const zs_contour_table *table, zs_edge_numbers numbers)
+{
+  const zs_brick *brick = w->brick;
   zs_brick_rows rows;
+  zs_row_bits cells;
   uint32_t crease = 0;
-  zs_brick_gather_signs(job, brick, rows);
-  zs_brick_number_edges(job, brick, numbers);
-  zs_cell_edge_offsets(w.offsets);
-  for (unsigned z = 0; z < ZS_BRICK; z++)
-    for (unsigned y = 0; y < ZS_BRICK; y++)
-      for (uint32_t cells = zs_brick_active_cells(job, brick, rows, y, z); cells;
-           cells &= cells - 1) {
-        unsigned x = (unsigned)__builtin_ctz(cells);
-        unsigned number = (z * ZS_BRICK + y) * ZS_BRICK + x;
-        uint32_t first = crease;
-        while (crease < brick->crease_count && brick->creases[crease].cell == number)
-          crease++;
-        const int xyz[3] = {(int)x, (int)y, (int)z};
-        write_cell(&w, table, zs_brick_cell_case(rows, x, y, z), xyz, first, crease);
-      }
+  zs_brick_gather_signs(w->job, brick, rows);
+  zs_brick_find_cells(w->job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
+  zs_brick_number_edges(w->job, brick, numbers);
+  w->numbers = numbers;
+  w->triangle = w->job->mesh->triangles + 3 * brick->first_triangle;
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
+      const unsigned x = (unsigned)__builtin_ctz(bits), y = row % ZS_BRICK, z = row / ZS_BRICK;
+      const unsigned inside = zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows, x, y, z);
+      const zs_cell_case *cell = &table->cases[inside];
+      const uint32_t first = crease;
+      while (crease < brick->crease_count && brick->creases[crease].cell == row * ZS_BRICK + x)
+        crease++;
+      if (crease == first)
+        write_plain(w, inside, cell->triangle_count, numbers + zs_reach_offset(x, y, z));
+      else
+        write_creased(w, cell, (const int[3]){(int)x, (int)y, (int)z}, first, crease);
+    }
 }
 
 bool zs_polygonize_triangles(zs_polygonize_job *job, const zs_contour_table *table)
 {
+  writing shared = {.job = job};
+  uint16_t corners[ZS_CELL_CASES][3 * ZS_CELL_TRIANGLES];
   zs_edge_numbers *scratch = calloc(job->threads, sizeof *scratch);
   if (!scratch)
     return zs_fail_memory(job->diag);
+  zs_cell_edge_offsets(shared.offsets);
+  for (unsigned c = 0; c < ZS_CELL_CASES; c++)
+    for (unsigned i = 0; i < 3u * table->cases[c].triangle_count; i++)
+      corners[c][i] = (uint16_t)shared.offsets[table->cases[c].triangles[i]];
+  shared.corners = (const uint16_t(*)[3 * ZS_CELL_TRIANGLES])corners;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
-  for (size_t i = 0; i < job->active_count; i++)
-    write_triangles(job, table, job->active[i], scratch[zs_polygonize_thread()]);
+  for (size_t i = 0; i < job->active_count; i++) {
+    writing w = shared;
+    w.brick = job->active[i];
+    write_triangles(&w, table, scratch[zs_polygonize_thread()]);
+  }
   free(scratch);
   return true;
 }

@@ -100,6 +100,16 @@ static void clamp(float place[3], const float lo[3], const float hi[3])
 /* Whether the normals of a loop disagree; false when one is missing. */
 static bool is_sharp(unsigned n, const float *const normals[])
 {
+  /* Normals within half the angle of one are within the angle of each other. */
+  const float half = sqrtf((1 + SHARP) / 2);
+  const float *const a = normals[0];
+  unsigned alike = 1;
+  for (unsigned i = 1; i < n; i++) {
+    const float *const b = normals[i];
+    alike += a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > half;
+  }
+  if (alike == n)
+    return false;
   bool sharp = false;
   for (unsigned i = 0; i < n; i++) {
     if (normals[i][0] == 0 && normals[i][1] == 0 && normals[i][2] == 0)
@@ -133,33 +143,61 @@ static void visit_loop(const zs_polygonize_job *job, const zs_brick *brick, find
     w->found[w->count++] = crease;
 }
 
+/* Let one box hold another. */
+static void hold(zs_normal_box *box, const zs_normal_box *other)
+{
+  for (int k = 0; k < 3; k++) {
+    box->lo[k] = fminf(box->lo[k], other->lo[k]);
+    box->hi[k] = fmaxf(box->hi[k], other->hi[k]);
+  }
+}
+
+/* Whether the normals that a brick's cells meet are all alike, as far as boxes
+ * tell: the distance of unit vectors a and b is the root of 2 - 2 a b. */
+static bool is_smooth(const zs_polygonize_job *job, const zs_brick *brick)
+{
+  const float margin = 0.99f;
+  zs_normal_box box = brick->all_normals;
+  for (unsigned d = 1; d < 8; d++) {
+    const zs_brick *owner = zs_brick_upper(job, brick, d);
+    if (owner->vertex_count)
+      hold(&box, &owner->side_normals[__builtin_ctz(d)]);
+  }
+  float square = 0;
+  for (int k = 0; k < 3; k++)
+    square += (box.hi[k] - box.lo[k]) * (box.hi[k] - box.lo[k]);
+  return square < margin * (2 - 2 * SHARP) || box.lo[0] > box.hi[0];
+}
+
 /* Creases of the cells of a brick; those outside the grid's faces have none. */
 static void find_creases(const zs_polygonize_job *job, const zs_contour_table *table,
                          const zs_brick *brick, finder *w)
 {
   size_t offsets[ZS_CELL_EDGES];
   zs_brick_rows rows;
+  zs_row_bits cells;
+  w->count = 0;
+  if (is_smooth(job, brick))
+    return;
   zs_brick_gather_signs(job, brick, rows);
+  zs_brick_find_cells(job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
   zs_brick_number_edges(job, brick, w->numbers);
   zs_cell_edge_offsets(offsets);
-  w->count = 0;
-  for (unsigned z = 0; z < ZS_BRICK; z++)
-    for (unsigned y = 0; y < ZS_BRICK; y++)
-      for (uint32_t cells = zs_brick_active_cells(job, brick, rows, y, z); cells;
-           cells &= cells - 1) {
-        unsigned x = (unsigned)__builtin_ctz(cells);
-        if (zs_brick_is_pad_cell(job, brick, x, y, z))
-          continue;
-        const zs_cell_case *cell = &table->cases[zs_brick_cell_case(rows, x, y, z)];
-        const uint8_t *loop = cell->loops;
-        for (unsigned l = 0; l < cell->loop_count; loop += cell->loop_lengths[l++]) {
-          uint32_t vertices[LONGEST_LOOP];
-          for (unsigned i = 0; i < cell->loop_lengths[l]; i++)
-            vertices[i] = w->numbers[zs_reach_offset(x, y, z) + offsets[loop[i]]];
-          visit_loop(job, brick, w, (z * ZS_BRICK + y) * ZS_BRICK + x, cell->loop_lengths[l],
-                     loop, vertices);
-        }
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
+      const unsigned x = (unsigned)__builtin_ctz(bits), y = row % ZS_BRICK, z = row / ZS_BRICK;
+      if (brick->at_face && zs_brick_is_pad_cell(job, brick, x, y, z))
+        continue;
+      const zs_cell_case *cell =
+        &table->cases[zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows, x, y, z)];
+      const uint8_t *loop = cell->loops;
+      for (unsigned l = 0; l < cell->loop_count; loop += cell->loop_lengths[l++]) {
+        uint32_t vertices[LONGEST_LOOP];
+        for (unsigned i = 0; i < cell->loop_lengths[l]; i++)
+          vertices[i] = w->numbers[zs_reach_offset(x, y, z) + offsets[loop[i]]];
+        visit_loop(job, brick, w, row * ZS_BRICK + x, cell->loop_lengths[l], loop, vertices);
       }
+    }
 }
 
 /* Keep what was found with the brick. */

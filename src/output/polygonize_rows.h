@@ -3,8 +3,11 @@
 #define ZS_POLYGONIZE_ROWS_H
 
 #include "output/polygonize.h"
+#include "output/polygonize_roots.h"
 
-typedef uint16_t zs_row_bits[ZS_BRICK_ROWS]; /* bit x of a row: a corner */
+/* An edge in sixteen bits: where in its brick it starts, 256 z + 16 y + x, its
+ * axis, and whether it starts inside. */
+enum { ZS_EDGE_AXIS = 12, ZS_EDGE_INSIDE = 14 };
 
 typedef struct zs_row_kernels {
   /* Corners that are inside: f >= 0. */
@@ -18,6 +21,24 @@ typedef struct zs_row_kernels {
    * numbers at f[-1] and behind the last corner too. */
   void (*close)(const float *f, const zs_row_bits crossing[3],
                 const float per_cell[3], float limit, zs_row_bits close);
+  /* By axis, starts of the edges that cross the surface, without regard to pads. */
+  void (*crossing)(const zs_brick_rows rows, zs_row_bits crossing[3]);
+  /* Crossing edges of the rows before, by row; returns that of all rows. */
+  unsigned (*first)(const zs_row_bits crossing[3], uint16_t first[ZS_BRICK_ROWS]);
+  /* Cells that the surface passes through, without regard to pads. */
+  void (*cells)(const zs_brick_rows rows, zs_row_bits cells);
+  /* The lines of n edges, in the brick's frame. */
+  void (*lines)(unsigned n, const uint16_t *edges, const double cell[3], zs_roots *roots);
+  /* From gradients to unit normals against them, zero where there is none. */
+  void (*normals)(unsigned n, float gradient[3][ZS_BLOCK]);
+  /* Let a brick's boxes hold the normals of n edges. */
+  void (*hold)(unsigned n, const float normal[3][ZS_BLOCK], const uint16_t *edges,
+               zs_brick *brick);
+  /* Three arrays as three numbers per vertex. */
+  void (*pack)(unsigned n, const float from[3][ZS_BLOCK], float *packed);
+  /* The same for places relative to an origin. */
+  void (*places)(unsigned n, const float place[3][ZS_BLOCK], const double origin[3],
+                 float *packed);
   /* How far along its gradient, in units of its length, each of n corners has to
    * be moved to be `reach` away from the surface; 0 for those that are. */
   void (*steps)(unsigned n, const float *f, const float gradient[3][ZS_BLOCK], float reach,

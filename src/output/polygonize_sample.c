@@ -62,6 +62,14 @@ const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t in
   return job->table[table_place(job, index)];
 }
 
+const zs_brick *zs_brick_upper(const zs_polygonize_job *job, const zs_brick *brick, unsigned d)
+{
+  uint32_t at[3];
+  for (int k = 0; k < 3; k++)
+    at[k] = brick->index[k] + (d >> k & 1);
+  return d ? zs_lattice_brick(job, at) : brick;
+}
+
 /* False when all of the brick's corners are pads. */
 static bool real_range(const zs_polygonize_job *job, const uint32_t index[3], range *real)
 {
@@ -328,6 +336,7 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   memcpy(s.brick->index, index, sizeof s.brick->index);
   s.brick->program = program;
   s.brick->sampled = true;
+  s.brick->at_face = zs_brick_at_face(job, index);
   s.frame = zs_brick_frame(job, s.brick);
   s.reach = REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
   for (int k = 0; k < 3; k++)
@@ -433,15 +442,6 @@ static bool check_bounds(const zs_polygonize_job *job)
   return true;
 }
 
-/* Whether a brick holds an end of an edge to a pad. */
-static bool touches_face(const zs_polygonize_job *job, const uint32_t index[3])
-{
-  for (int k = 0; k < 3; k++)
-    if (index[k] == 0 || (index[k] + 1) * ZS_BRICK > job->corners[k] - 2)
-      return true;
-  return false;
-}
-
 /* A brick proven to be inside, at a face of the grid: the cap needs its signs. */
 static bool make_cap_brick(zs_polygonize_job *job, const uint32_t index[3])
 {
@@ -449,6 +449,7 @@ static bool make_cap_brick(zs_polygonize_job *job, const uint32_t index[3])
   if (!brick)
     return zs_fail_memory(job->diag);
   memcpy(brick->index, index, sizeof brick->index);
+  brick->at_face = true;
   range real;
   real_range(job, index, &real); /* it holds corners that are not pads */
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
@@ -469,7 +470,7 @@ static bool list_active(zs_polygonize_job *job)
         const zs_brick **entry = &job->table[table_place(job, at)];
         if (!real_range(job, at, &real))
           *entry = &job->outside;
-        else if (*entry == &job->inside && touches_face(job, at) && !make_cap_brick(job, at))
+        else if (*entry == &job->inside && zs_brick_at_face(job, at) && !make_cap_brick(job, at))
           return false;
         job->active_count += *entry != &job->inside && *entry != &job->outside;
       }

@@ -1,6 +1,7 @@
 /* The polygonizer's vertices: certified roots along the edges, and normals. */
 #include "output/polygonize.h"
 #include "output/polygonize_roots.h"
+#include "output/polygonize_rows.h"
 
 #include "base/diagnostic.h"
 
@@ -8,38 +9,42 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const zs_normal_box NOTHING = {{INFINITY, INFINITY, INFINITY},
+                                      {-INFINITY, -INFINITY, -INFINITY}};
+
 typedef struct solver {
   zs_roots roots;
+  uint16_t edge[ZS_BLOCK];   /* see zs_row_kernels */
+  uint32_t number[ZS_BLOCK]; /* the vertex of each line */
   _Alignas(64) float at[3][ZS_BLOCK];
   _Alignas(64) float result[4][ZS_BLOCK]; /* f and its gradient */
-  uint32_t number[ZS_BLOCK];              /* the vertex of each line */
-  /* By corner within reach: 1 + its place in `moves`, 0 for those not moved. */
-  uint16_t move_of[ZS_REACH][ZS_REACH][ZS_REACH];
-  const zs_moved *moves[ZS_REACH * ZS_REACH * ZS_REACH];
+  float packed[3 * ZS_BLOCK];
+  /* By corner within reach: the place of its offset, 0 for those not moved. */
+  uint16_t move_of[ZS_REACH_CORNERS];
+  float offsets[ZS_REACH_CORNERS + 1][3];
+  uint16_t moved[ZS_REACH_CORNERS]; /* the corners that are */
+  unsigned moved_count;
 } solver;
 
 /* What one brick's vertices are found with. */
 typedef struct solving {
   zs_polygonize_job *job;
   zs_polygonize_worker *worker;
-  const zs_brick *brick;
+  zs_brick *brick;
+  const zs_row_kernels *rows;
   zs_frame frame;
 } solving;
 
-/* ---- Normals -------------------------------------------------------------------------- */
-
-/* Out of the solid, against the gradient; zero when there is none. */
-static void unit_normal(const float g[3], float normal[3])
+/* Copy a block's triples of numbers to those of its vertices, which follow each
+ * other unless there are caps among them. */
+static void unpack(const solver *w, unsigned n, float *triples)
 {
-  float largest = fmaxf(fabsf(g[0]), fmaxf(fabsf(g[1]), fabsf(g[2])));
-  float n[3], square = 0;
-  for (int k = 0; k < 3; k++) {
-    n[k] = g[k] / largest;
-    square += n[k] * n[k];
+  if (w->number[n - 1] - w->number[0] == n - 1) {
+    memcpy(triples + 3 * (size_t)w->number[0], w->packed, 3 * n * sizeof *triples);
+    return;
   }
-  float length = sqrtf(square); /* 1 .. sqrt(3), or NaN */
-  for (int k = 0; k < 3; k++)
-    normal[k] = length >= 1 ? -n[k] / length : 0;
+  for (unsigned i = 0; i < n; i++)
+    memcpy(triples + 3 * (size_t)w->number[i], w->packed + 3 * i, 3 * sizeof *triples);
 }
 
 /* On the surface itself a field may have a kink, and its
@@ -48,16 +53,16 @@ static void unit_normal(const float g[3], float normal[3])
 static void find_normals(const solving *s)
 {
   solver *w = s->worker->scratch;
-  const unsigned count = w->roots.count;
+  const unsigned n = w->roots.count;
   for (int k = 0; k < 3; k++)
-    memcpy(w->at[k], w->roots.inside[k], count * sizeof *w->at[k]);
-  zs_program_gradients(s->worker->eval, s->brick->program, &s->frame, count, w->at[0], w->at[1], w->at[2],
-                       w->result[0]);
-  s->worker->evaluations += count;
-  for (unsigned i = 0; i < count; i++) {
-    float g[3] = {w->result[1][i], w->result[2][i], w->result[3][i]};
-    unit_normal(g, s->job->mesh->normals + 3 * (size_t)w->number[i]);
-  }
+    memcpy(w->at[k], w->roots.inside[k], n * sizeof *w->at[k]);
+  zs_program_gradients(s->worker->eval, s->brick->program, &s->frame, n, w->at[0], w->at[1],
+                       w->at[2], w->result[0]);
+  s->worker->evaluations += n;
+  s->rows->normals(n, w->result + 1);
+  s->rows->hold(n, (const float(*)[ZS_BLOCK])w->result + 1, w->edge, s->brick);
+  s->rows->pack(n, (const float(*)[ZS_BLOCK])w->result + 1, w->packed);
+  unpack(w, n, s->job->mesh->normals);
 }
 
 /* ---- Caps --------------------------------------------------------------------------------- */
@@ -92,37 +97,15 @@ static void place_caps(const zs_polygonize_job *job, const zs_brick *brick)
       }
 }
 
-/* ---- Edges of a brick ------------------------------------------------------------------ */
-
-/* Solve the edges collected so far and write their vertices. */
-static void flush(const solving *s)
-{
-  solver *w = s->worker->scratch;
-  if (!w->roots.count)
-    return;
-  s->worker->evaluations +=
-    zs_roots_solve(&w->roots, s->worker->eval, s->brick->program, &s->frame,
-                   (float)s->job->tolerance, (float)s->job->apart);
-  for (unsigned i = 0; i < w->roots.count; i++)
-    for (int k = 0; k < 3; k++)
-      s->job->mesh->positions[3 * (size_t)w->number[i] + (unsigned)k] =
-        (float)(s->frame.origin[k] + (double)w->roots.found[k][i]);
-  if (s->job->mesh->normals)
-    find_normals(s);
-  w->roots.count = 0;
-}
+/* ---- Corners that were moved ----------------------------------------------------------- */
 
 /* Where the corners within reach are moved to, by brick and neighbours. */
 static void gather_moves(const solving *s)
 {
   solver *w = s->worker->scratch;
-  unsigned count = 0;
-  memset(w->move_of, 0, sizeof w->move_of);
+  w->moved_count = 0;
   for (unsigned d = 0; d < 8; d++) {
-    uint32_t at[3];
-    for (int k = 0; k < 3; k++)
-      at[k] = s->brick->index[k] + (d >> k & 1);
-    const zs_brick *owner = d ? zs_lattice_brick(s->job, at) : s->brick;
+    const zs_brick *owner = zs_brick_upper(s->job, s->brick, d);
     for (uint32_t i = 0; i < owner->moved_count; i++) {
       unsigned c[3];
       bool reached = true;
@@ -135,64 +118,108 @@ static void gather_moves(const solving *s)
       }
       if (!reached)
         continue;
-      w->moves[count] = &owner->moved[i];
-      w->move_of[c[2]][c[1]][c[0]] = (uint16_t)++count;
+      const size_t at = zs_reach_offset(c[0], c[1], c[2]);
+      w->moved[w->moved_count++] = (uint16_t)at;
+      w->move_of[at] = (uint16_t)w->moved_count;
+      memcpy(w->offsets[w->moved_count], owner->moved[i].offset, sizeof *w->offsets);
     }
   }
 }
 
-static void corner_place(const solving *s, const unsigned c[3], float place[3])
+static void forget_moves(solver *w)
 {
-  const solver *w = s->worker->scratch;
-  unsigned move = w->move_of[c[2]][c[1]][c[0]];
-  for (int k = 0; k < 3; k++) {
-    place[k] = (float)(s->job->cell[k] * ((double)c[k] - ZS_BRICK / 2));
-    if (move)
-      place[k] += w->moves[move - 1]->offset[k];
+  for (unsigned i = 0; i < w->moved_count; i++)
+    w->move_of[w->moved[i]] = 0;
+}
+
+/* Move the ends of the block's lines with their corners. */
+static void move_ends(solver *w)
+{
+  static const size_t steps[3] = {1, ZS_REACH, ZS_REACH_PLANE};
+  for (unsigned i = 0; i < w->roots.count; i++) {
+    const unsigned e = w->edge[i];
+    const size_t at = zs_reach_offset(e & 15, e >> 4 & 15, e >> 8 & 15);
+    const unsigned start = w->move_of[at], end = w->move_of[at + steps[e >> 12 & 3]];
+    if (!(start | end))
+      continue;
+    const bool start_inside = e >> ZS_EDGE_INSIDE & 1;
+    const float *inner = w->offsets[start_inside ? start : end];
+    const float *outer = w->offsets[start_inside ? end : start];
+    for (int k = 0; k < 3; k++) {
+      w->roots.from[k][i] += inner[k];
+      w->roots.along[k][i] += outer[k] - inner[k];
+    }
   }
 }
 
-/* Collect one edge: `start_inside` says which end is inside, `ends` the values
- * there if known. */
-static void add_edge(const solving *s, const unsigned start[3], unsigned axis, bool start_inside,
-                     const float ends[2], uint32_t number)
+/* ---- Edges of a brick ------------------------------------------------------------------ */
+
+/* Solve the edges collected so far and write their vertices. */
+static void flush(const solving *s)
 {
   solver *w = s->worker->scratch;
-  unsigned end[3] = {start[0], start[1], start[2]};
-  float inner[3], outer[3];
-  end[axis]++;
-  corner_place(s, start_inside ? start : end, inner);
-  corner_place(s, start_inside ? end : start, outer);
-  w->number[w->roots.count] = number;
-  zs_roots_add(&w->roots, inner, outer, ends ? ends[0] : 1, ends ? ends[1] : -1);
-  if (w->roots.count == ZS_BLOCK)
-    flush(s);
+  const unsigned n = w->roots.count;
+  if (!n)
+    return;
+  s->rows->lines(n, w->edge, s->job->cell, &w->roots);
+  if (w->moved_count)
+    move_ends(w);
+  s->worker->evaluations +=
+    zs_roots_solve(&w->roots, s->worker->eval, s->brick->program, &s->frame,
+                   (float)s->job->tolerance, (float)s->job->apart);
+  s->rows->places(n, (const float(*)[ZS_BLOCK])w->roots.found, s->frame.origin, w->packed);
+  unpack(w, n, s->job->mesh->positions);
+  if (s->job->mesh->normals)
+    find_normals(s);
+  w->roots.count = 0;
+}
+
+/* Whether an edge leads to a pad. */
+static bool leads_to_pad(const solving *s, unsigned edge, unsigned axis)
+{
+  const unsigned start = edge >> 4 * axis & (ZS_BRICK - 1);
+  return s->brick->at_face &&
+         zs_lattice_pad_edge(s->job, (int)axis, zs_lattice_index(s->brick, (int)axis, start));
+}
+
+static void add_edges(const solving *s)
+{
+  solver *w = s->worker->scratch;
+  const float(*ends)[2] = s->brick->ends;
+  uint32_t number = (uint32_t)s->brick->first_vertex;
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    for (unsigned axis = 0; axis < 3; axis++)
+      for (unsigned edges = s->brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
+        const unsigned x = (unsigned)__builtin_ctz(edges), edge = row * ZS_BRICK + x;
+        if (leads_to_pad(s, edge, axis))
+          continue;
+        const bool known = ends && (edge >> 4 * axis & (ZS_BRICK - 1)) != ZS_BRICK - 1;
+        const unsigned inside = s->brick->signs[row] >> x & 1, i = w->roots.count++;
+        w->roots.f_inner[i] = known ? (*ends)[0] : 1;
+        w->roots.f_outer[i] = known ? (*ends)[1] : -1;
+        w->edge[i] = (uint16_t)(edge | axis << ZS_EDGE_AXIS | inside << ZS_EDGE_INSIDE);
+        w->number[i] = number;
+        ends += known;
+        if (i + 1 == ZS_BLOCK)
+          flush(s);
+      }
+  flush(s);
 }
 
 static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs_brick *brick)
 {
   solving s = {.job = job, .worker = worker, .brick = brick};
+  brick->all_normals = NOTHING;
+  for (int k = 0; k < 3; k++)
+    brick->side_normals[k] = NOTHING;
   place_caps(job, brick);
   if (!brick->vertex_count || !brick->sampled)
     return;
+  s.rows = zs_row_kernels_of(zs_eval_isa(worker->eval));
   s.frame = zs_brick_frame(job, s.brick);
   gather_moves(&s);
-  const float(*ends)[2] = s.brick->ends;
-  uint32_t number = (uint32_t)s.brick->first_vertex;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3; axis++)
-      for (unsigned edges = s.brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
-        unsigned x = (unsigned)__builtin_ctz(edges);
-        unsigned start[3] = {x, row % ZS_BRICK, row / ZS_BRICK};
-        if (zs_lattice_pad_edge(job, (int)axis, zs_lattice_index(s.brick, (int)axis, start[axis])))
-          continue;
-        bool within = start[axis] + 1 < ZS_BRICK;
-        add_edge(&s, start, axis, s.brick->signs[row] >> x & 1, within && ends ? *ends : NULL,
-                 number);
-        if (within && ends)
-          ends++;
-      }
-  flush(&s);
+  add_edges(&s);
+  forget_moves(worker->scratch);
 }
 
 /* ---- The stage ------------------------------------------------------------------------------ */
@@ -204,6 +231,8 @@ bool zs_polygonize_vertices(zs_polygonize_job *job)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++) {
     scratch[t].roots.count = 0;
+    memset(scratch[t].move_of, 0, sizeof scratch[t].move_of);
+    memset(scratch[t].offsets[0], 0, sizeof scratch[t].offsets[0]);
     job->workers[t].scratch = &scratch[t];
   }
   bool done = zs_polygonize_each(job, "vertices", 0.5, 0.9, visit_brick);
