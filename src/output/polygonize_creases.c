@@ -45,9 +45,7 @@ bool zs_crease_between(const float a[3], const float b[3])
 static bool meet(unsigned n, float points[][3], const float *const normals[], float place[3],
                  float normal[3])
 {
-  static const double below[3] = {-INFINITY, -INFINITY, -INFINITY},
-                      above[3] = {INFINITY, INFINITY, INFINITY};
-  double mean[3] = {0}, offset[3], direction[3];
+  double mean[3] = {0}, solution[2][3];
   zs_quadric planes = {{{0}}, {0}}, away = planes;
   for (unsigned i = 0; i < n; i++)
     for (int k = 0; k < 3; k++)
@@ -59,11 +57,14 @@ static bool meet(unsigned n, float points[][3], const float *const normals[], fl
     zs_quadric_add(&planes, normals[i], distance);
     zs_quadric_add(&away, normals[i], 1);
   }
-  zs_quadric_minimize(&planes, below, above, offset);
-  zs_quadric_minimize(&away, below, above, direction);
+  double values[2][3];
+  memcpy(values[0], planes.b, sizeof planes.b);
+  memcpy(values[1], away.b, sizeof away.b);
+  zs_quadric_solve((const double(*)[3])planes.a, (const double(*)[3])values, solution);
+  const double *direction = solution[1];
   double length = hypot(hypot(direction[0], direction[1]), direction[2]);
   for (int k = 0; k < 3; k++) {
-    place[k] = (float)(mean[k] + offset[k]);
+    place[k] = (float)(mean[k] + solution[0][k]);
     normal[k] = (float)(direction[k] / length);
   }
   return length > 0 && isfinite(length) && isfinite(place[0]) && isfinite(place[1]) &&

@@ -23,7 +23,7 @@ typedef struct zs_roots {
   unsigned count;
   _Alignas(64) float from[3][ZS_BLOCK]; /* the inner end of a line, in the frame */
   float along[3][ZS_BLOCK];             /* from there to the outer end */
-  float f_inner[ZS_BLOCK], f_outer[ZS_BLOCK];
+  float f_inner[ZS_BLOCK], f_outer[ZS_BLOCK]; /* f there; NaN when not known */
   float t[ZS_BLOCK];          /* its root, in units of its length */
   float found[3][ZS_BLOCK];   /* its root */
   float inside[3][ZS_BLOCK];  /* and a place just inside of it */
@@ -36,7 +36,7 @@ typedef struct zs_roots {
 } zs_roots;
 
 /* Add the line between two points of the frame, the first one inside and the
- * second one outside, with f there. */
+ * second one outside, with f there (NaN when not known). */
 static inline void zs_roots_add(zs_roots *roots, const float inner[3], const float outer[3],
                                 float f_inner, float f_outer)
 {

@@ -1,18 +1,14 @@
 /* Compiled once per instruction set. */
 #include "output/polygonize_rows.h"
 
-#include <math.h>
+#include "field/lanes.h"
 
 extern const zs_row_kernels ZS_KERNELS(zs_row_kernels);
 
 static void find_signs(const float f[ZS_BRICK_CORNERS], zs_row_bits signs)
 {
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
-    unsigned bits = 0;
-    for (unsigned x = 0; x < ZS_BRICK; x++)
-      bits |= (unsigned)(f[row * ZS_BRICK + x] >= 0) << x;
-    signs[row] = (uint16_t)bits;
-  }
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+    signs[row] = zs_lanes_bits(zs_lanes_load(f + row * ZS_BRICK) >= 0);
 }
 
 static unsigned find_inner(const zs_row_bits signs, const zs_row_bits real,
@@ -40,11 +36,6 @@ static unsigned find_inner(const zs_row_bits signs, const zs_row_bits real,
   return count;
 }
 
-static inline float larger(float a, float b)
-{
-  return a > b ? a : b;
-}
-
 /* Corners at the brick's sides, which may have a crossing edge to a neighbour
  * outside, and those of crossing edges. */
 static inline unsigned with_edges(const zs_row_bits crossing[3], unsigned row)
@@ -56,44 +47,68 @@ static inline unsigned with_edges(const zs_row_bits crossing[3], unsigned row)
          crossing[1][row - 1] | crossing[2][row] | crossing[2][row - ZS_BRICK];
 }
 
-/* Slopes are those of the steeper side; at a brick's sides there is but one. */
-static void find_close(const float *f, const zs_row_bits crossing[3],
-                       const float per_cell[3], float limit, zs_row_bits close)
+static inline zs_lanes load_anywhere(const float *from)
 {
-  static const float has_lower[ZS_BRICK] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
-                     has_upper[ZS_BRICK] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
-  const float wx = limit * per_cell[0] * limit * per_cell[0],
-              wy = limit * per_cell[1] * limit * per_cell[1],
-              wz = limit * per_cell[2] * limit * per_cell[2];
+  zs_lanes a;
+  memcpy(&a, from, sizeof a);
+  return a;
+}
+
+static inline zs_lanes step_between(zs_lanes a, zs_lanes b)
+{
+  return zs_lanes_absolute(a - b);
+}
+
+/* Slopes are those of the steeper side; at a brick's sides there is but one. */
+static void find_close(const float *f, const zs_row_bits crossing[3], const float per_cell[3],
+                       float limit, zs_row_bits close)
+{
+  static const zs_lanes has_lower = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
+                        has_upper = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
+  const float wx = limit * per_cell[0], wy = limit * per_cell[1], wz = limit * per_cell[2];
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
     const unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
     const float *at = f + row * ZS_BRICK;
-    const float *y0 = y ? at - ZS_BRICK : at, *y1 = y + 1 < ZS_BRICK ? at + ZS_BRICK : at;
-    const float *z0 = z ? at - ZS_BRICK_ROWS : at;
-    const float *z1 = z + 1 < ZS_BRICK ? at + ZS_BRICK_ROWS : at;
-    unsigned bits = 0;
-    for (unsigned x = 0; x < ZS_BRICK; x++) {
-      const float v = at[x];
-      const float dx = larger(has_lower[x] * fabsf(*(at + x - 1) - v),
-                              has_upper[x] * fabsf(*(at + x + 1) - v));
-      const float dy = larger(fabsf(y0[x] - v), fabsf(y1[x] - v));
-      const float dz = larger(fabsf(z0[x] - v), fabsf(z1[x] - v));
-      bits |= (unsigned)(v * v < wx * dx * dx + wy * dy * dy + wz * dz * dz) << x;
-    }
+    const zs_lanes v = zs_lanes_load(at);
+    const zs_lanes y0 = zs_lanes_load(y ? at - ZS_BRICK : at);
+    const zs_lanes y1 = zs_lanes_load(y + 1 < ZS_BRICK ? at + ZS_BRICK : at);
+    const zs_lanes z0 = zs_lanes_load(z ? at - ZS_BRICK_ROWS : at);
+    const zs_lanes z1 = zs_lanes_load(z + 1 < ZS_BRICK ? at + ZS_BRICK_ROWS : at);
+    const zs_lanes dx = wx * zs_lanes_larger(has_lower * step_between(load_anywhere(at - 1), v),
+                                             has_upper * step_between(load_anywhere(at + 1), v));
+    const zs_lanes dy = wy * zs_lanes_larger(step_between(y0, v), step_between(y1, v));
+    const zs_lanes dz = wz * zs_lanes_larger(step_between(z0, v), step_between(z1, v));
+    const unsigned bits = zs_lanes_bits(v * v < dx * dx + dy * dy + dz * dz);
     close[row] = (uint16_t)(bits & with_edges(crossing, row));
   }
+}
+
+/* Length of a gradient or the like, without overflow; NaN for that of zeros. */
+static inline zs_lanes length_of(const zs_lanes g[3])
+{
+  const zs_lanes most = zs_lanes_larger(
+    zs_lanes_absolute(g[0]), zs_lanes_larger(zs_lanes_absolute(g[1]), zs_lanes_absolute(g[2])));
+  const zs_lanes u = g[0] / most, v = g[1] / most, w = g[2] / most;
+  return most * zs_lanes_square_root(u * u + v * v + w * w);
+}
+
+static inline void load_gradient(const float gradient[3][ZS_BLOCK], unsigned i, zs_lanes g[3])
+{
+  for (int k = 0; k < 3; k++)
+    g[k] = zs_lanes_load(gradient[k] + i);
 }
 
 static void find_steps(unsigned n, const float *f, const float gradient[3][ZS_BLOCK], float reach,
                        float *step)
 {
-  for (unsigned i = 0; i < n; i++) {
-    const float x = fabsf(gradient[0][i]), y = fabsf(gradient[1][i]), z = fabsf(gradient[2][i]);
-    const float most = larger(x, larger(y, z)), u = x / most, v = y / most, w = z / most;
-    const float slope = most * sqrtf(u * u + v * v + w * w);
-    const float missing = (reach - fabsf(f[i]) / slope) / slope;
-    const float outward = f[i] >= 0 ? missing : -missing;
-    step[i] = missing > 0 && slope < INFINITY ? outward : 0;
+  for (unsigned i = 0; i < n; i += ZS_LANES) {
+    zs_lanes g[3];
+    load_gradient(gradient, i, g);
+    const zs_lanes v = zs_lanes_load(f + i), slope = length_of(g);
+    const zs_lanes missing = (reach - zs_lanes_absolute(v) / slope) / slope;
+    const zs_lanes outward = zs_lanes_select(v >= 0, missing, -missing);
+    const zs_lanes_mask move = (missing > 0) & (slope < INFINITY);
+    zs_lanes_store(step + i, zs_lanes_select(move, outward, zs_lanes_all(0)));
   }
 }
 
@@ -140,83 +155,114 @@ static void find_cells(const zs_brick_rows rows, zs_row_bits cells)
 
 static void find_lines(unsigned n, const uint16_t *edges, const double cell[3], zs_roots *roots)
 {
-  for (unsigned k = 0; k < 3; k++) {
-    const float side = (float)cell[k];
-    float *from = roots->from[k], *along = roots->along[k];
-    for (unsigned i = 0; i < n; i++) {
-      const int edge = edges[i];
-      const float start = side * (float)((edge >> 4 * k & (ZS_BRICK - 1)) - ZS_BRICK / 2);
-      const float step = (edge >> ZS_EDGE_AXIS & 3) == (int)k ? side : 0;
-      const int inside = edge >> ZS_EDGE_INSIDE & 1;
-      from[i] = inside ? start : start + step;
-      along[i] = inside ? step : -step;
+  for (unsigned i = 0; i < n; i += ZS_LANES) {
+    zs_lanes_mask edge;
+    for (unsigned l = 0; l < ZS_LANES; l++)
+      edge[l] = edges[i + l];
+    const zs_lanes_mask axis = edge >> ZS_EDGE_AXIS & 3;
+    const zs_lanes_mask inside = (edge >> ZS_EDGE_INSIDE & 1) != 0;
+    for (int k = 0; k < 3; k++) {
+      const float side = (float)cell[k];
+      const zs_lanes_mask place = (edge >> 4 * k & (ZS_BRICK - 1)) - ZS_BRICK / 2;
+      const zs_lanes start = side * __builtin_convertvector(place, zs_lanes);
+      const zs_lanes step = zs_lanes_select(axis == k, zs_lanes_all(side), zs_lanes_all(0));
+      zs_lanes_store(roots->from[k] + i, zs_lanes_select(inside, start, start + step));
+      zs_lanes_store(roots->along[k] + i, zs_lanes_select(inside, step, -step));
     }
   }
 }
 
 static void find_normals(unsigned n, float gradient[3][ZS_BLOCK])
 {
-  for (unsigned i = 0; i < n; i++) {
-    const float x = gradient[0][i], y = gradient[1][i], z = gradient[2][i];
-    const float most = larger(fabsf(x), larger(fabsf(y), fabsf(z)));
-    const float u = x / most, v = y / most, w = z / most;
-    const float length = sqrtf(u * u + v * v + w * w); /* 1 .. sqrt(3), or NaN */
-    gradient[0][i] = length >= 1 ? -u / length : 0;
-    gradient[1][i] = length >= 1 ? -v / length : 0;
-    gradient[2][i] = length >= 1 ? -w / length : 0;
+  for (unsigned i = 0; i < n; i += ZS_LANES) {
+    zs_lanes g[3];
+    load_gradient((const float(*)[ZS_BLOCK])gradient, i, g);
+    const zs_lanes length = length_of(g);
+    const zs_lanes_mask there = (length > 0) & (length < INFINITY);
+    for (int k = 0; k < 3; k++)
+      zs_lanes_store(gradient[k] + i, zs_lanes_select(there, -g[k] / length, zs_lanes_all(0)));
   }
 }
 
-static inline float smaller(float a, float b)
+/* A box for each lane. */
+typedef struct lane_boxes {
+  zs_lanes lo[3], hi[3];
+} lane_boxes;
+
+/* Extend the boxes by normals that are `among`. */
+static inline void extend(lane_boxes *boxes, const zs_lanes normal[3], zs_lanes_mask among)
 {
-  return a < b ? a : b;
+  for (int k = 0; k < 3; k++) {
+    const zs_lanes lo = zs_lanes_select(among, normal[k], zs_lanes_all(INFINITY));
+    const zs_lanes hi = zs_lanes_select(among, normal[k], zs_lanes_all(-INFINITY));
+    boxes->lo[k] = zs_lanes_smaller(boxes->lo[k], lo);
+    boxes->hi[k] = zs_lanes_larger(boxes->hi[k], hi);
+  }
 }
 
-/* Extend one box along one axis by the normals of edges that are `among`. */
-static inline void extend(unsigned n, const float *normal, const float *among, float *box_lo,
-                          float *box_hi)
+static void join(const lane_boxes *boxes, zs_normal_box *box)
 {
-  float lo = *box_lo, hi = *box_hi;
-  for (unsigned i = 0; i < n; i++) {
-    lo = smaller(lo, among[i] > 0 ? normal[i] : lo);
-    hi = larger(hi, among[i] > 0 ? normal[i] : hi);
-  }
-  *box_lo = lo;
-  *box_hi = hi;
+  for (int k = 0; k < 3; k++)
+    for (unsigned l = 0; l < ZS_LANES; l++) {
+      const float lo = boxes->lo[k][l], hi = boxes->hi[k][l];
+      box->lo[k] = lo < box->lo[k] ? lo : box->lo[k];
+      box->hi[k] = hi > box->hi[k] ? hi : box->hi[k];
+    }
 }
+
+enum { SIDES = 3, BOXES = SIDES + 1 /* the last one for all */ };
 
 static void hold_normals(unsigned n, const float normal[3][ZS_BLOCK], const uint16_t *edges,
                          zs_brick *brick)
 {
-  float among[ZS_BLOCK];
-  for (unsigned i = 0; i < n; i++)
-    among[i] = 1;
-  for (unsigned k = 0; k < 3; k++)
-    extend(n, normal[k], among, &brick->all_normals.lo[k], &brick->all_normals.hi[k]);
-  for (unsigned side = 0; side < 3; side++) {
-    zs_normal_box *box = &brick->side_normals[side];
-    for (unsigned i = 0; i < n; i++) {
-      const unsigned edge = edges[i];
-      among[i] = (edge >> 4 * side & (ZS_BRICK - 1)) == 0 && (edge >> ZS_EDGE_AXIS & 3) != side;
+  lane_boxes boxes[BOXES];
+  for (int b = 0; b < BOXES; b++)
+    for (int k = 0; k < 3; k++) {
+      boxes[b].lo[k] = zs_lanes_all(INFINITY);
+      boxes[b].hi[k] = zs_lanes_all(-INFINITY);
     }
-    for (unsigned k = 0; k < 3; k++)
-      extend(n, normal[k], among, &box->lo[k], &box->hi[k]);
+  for (unsigned i = 0; i < n; i += ZS_LANES) {
+    zs_lanes v[3];
+    zs_lanes_mask edge, there;
+    load_gradient(normal, i, v);
+    for (unsigned l = 0; l < ZS_LANES; l++) {
+      edge[l] = edges[i + l];
+      there[l] = i + l < n ? -1 : 0;
+    }
+    extend(&boxes[SIDES], v, there);
+    for (int k = 0; k < SIDES; k++) {
+      const zs_lanes_mask in_side = (edge >> 4 * k & (ZS_BRICK - 1)) == 0;
+      extend(&boxes[k], v, there & in_side & ((edge >> ZS_EDGE_AXIS & 3) != k));
+    }
   }
+  join(&boxes[SIDES], &brick->all_normals);
+  for (int k = 0; k < SIDES; k++)
+    join(&boxes[k], &brick->side_normals[k]);
 }
 
+/* Written out so that compilers find the pattern. */
 static void pack(unsigned n, const float from[3][ZS_BLOCK], float *packed)
 {
-  for (unsigned i = 0; i < n; i++)
-    for (unsigned k = 0; k < 3; k++)
-      packed[3 * i + k] = from[k][i];
+  const float *x = from[0], *y = from[1], *z = from[2];
+#pragma omp simd
+  for (size_t i = 0; i < n; i++) {
+    packed[3 * i] = x[i];
+    packed[3 * i + 1] = y[i];
+    packed[3 * i + 2] = z[i];
+  }
 }
 
 static void find_places(unsigned n, const float place[3][ZS_BLOCK], const double origin[3],
                         float *packed)
 {
-  for (unsigned i = 0; i < n; i++)
-    for (unsigned k = 0; k < 3; k++)
-      packed[3 * i + k] = (float)(origin[k] + (double)place[k][i]);
+  float moved[3][ZS_BLOCK];
+  for (int k = 0; k < 3; k++) {
+    const double from = origin[k];
+#pragma omp simd
+    for (size_t i = 0; i < n; i++)
+      moved[k][i] = (float)(from + (double)place[k][i]);
+  }
+  pack(n, (const float(*)[ZS_BLOCK])moved, packed);
 }
 
 const zs_row_kernels ZS_KERNELS(zs_row_kernels) = {

@@ -206,7 +206,7 @@ static bool on_lower_side(unsigned corner, int axis)
 static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
 {
   sampler *w = s->worker->scratch;
-  float step[ZS_BLOCK];
+  _Alignas(64) float step[ZS_BLOCK];
   s->rows->steps(w->candidates, w->result[0], (const float(*)[ZS_BLOCK])w->result + 1, s->reach, step);
   unsigned kept = 0;
   for (unsigned i = 0; i < w->candidates; i++) {

@@ -195,8 +195,8 @@ static void add_edges(const solving *s)
           continue;
         const bool known = ends && (edge >> 4 * axis & (ZS_BRICK - 1)) != ZS_BRICK - 1;
         const unsigned inside = s->brick->signs[row] >> x & 1, i = w->roots.count++;
-        w->roots.f_inner[i] = known ? (*ends)[0] : 1;
-        w->roots.f_outer[i] = known ? (*ends)[1] : -1;
+        w->roots.f_inner[i] = known ? (*ends)[0] : NAN;
+        w->roots.f_outer[i] = known ? (*ends)[1] : NAN;
         w->edge[i] = (uint16_t)(edge | axis << ZS_EDGE_AXIS | inside << ZS_EDGE_INSIDE);
         w->number[i] = number;
         ends += known;

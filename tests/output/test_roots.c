@@ -49,7 +49,7 @@ static void random_direction(uint64_t *seed, double u[3])
 static void add_line(zs_roots *roots, zs_eval *eval, uint64_t *seed, bool known)
 {
   double u[3];
-  float end[2][3], f[2] = {1, -1};
+  float end[2][3], f[2] = {NAN, NAN};
   random_direction(seed, u);
   for (int e = 0; e < 2; e++) {
     double radius = e ? random_between(seed, 1.001, 1.05) : random_between(seed, 0.95, 0.999);
