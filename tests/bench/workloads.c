@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdio.h>
 
-static const double BUDGET = 1.5;  /* seconds for the runs of one row */
-static const double LONGEST = 4;   /* seconds of a run, after which a scene has no more rows */
+static const double BUDGET = 1.2; /* seconds for the runs of one row */
+static const double LONGEST = 3;  /* seconds of a run, after which a scene has no more rows */
 
 typedef enum job_kind { OCCUPANCY, VALUES, MESH, PICTURE } job_kind;
 
@@ -100,15 +100,20 @@ static bool row(bench *b, zs_field *field, const family *f, const workload *l, u
   return same;
 }
 
-/* The rows of one job; false in `go_on` when they take too long for more. */
-static bool run_workload(bench *b, zs_field *field, const family *f, const workload *l,
-                         bool *go_on)
+/* All rows of a scene, or the first ones when they take too long for more. */
+static bool run_rows(bench *b, zs_field *field, const family *f)
 {
-  double previous = 0;
   bool good = true;
-  for (unsigned k = 0; k < BENCH_SIZES && *go_on; k++) {
-    good = row(b, field, f, l, k, &previous) && good;
-    *go_on = previous <= LONGEST;
+  double previous = 0;
+  for (unsigned i = 0; i < f->count * BENCH_SIZES; i++) {
+    const unsigned index = i % BENCH_SIZES;
+    if (previous > LONGEST) {
+      printf("%-15s more is left out: it would take too long\n", f->name);
+      break;
+    }
+    if (index == 0)
+      previous = 0;
+    good = row(b, field, f, &f->workloads[i / BENCH_SIZES], index, &previous) && good;
   }
   return good;
 }
@@ -116,23 +121,22 @@ static bool run_workload(bench *b, zs_field *field, const family *f, const workl
 static bool run_family(bench *b, const family *f)
 {
   zs_field *field = scene_compile(f->write, bench_parts(b, f->n));
-  bool good = field != NULL, go_on = good;
-  for (unsigned i = 0; i < f->count && go_on; i++)
-    good = run_workload(b, field, f, &f->workloads[i], &go_on) && good;
-  if (field && !go_on)
-    printf("%-15s more is left out: it would take too long\n", f->name);
+  bool good = field && run_rows(b, field, f);
   zs_field_unref(field);
   return good;
 }
 
 void bench_workloads(bench *b)
 {
-  printf("\n%-15s %-10s %5s %10s %4s %9s %9s %9s %8s %8s\n", "workload", "job", "size", "ms",
-         "runs", "ns/samp", "eval/samp", "brute", "growth", "2 thr");
+  bool headed = false;
   for (size_t i = 0; i < sizeof families / sizeof *families; i++) {
     const family *f = &families[i];
     if (!bench_wants(b, "%s", f->name))
       continue;
+    if (!headed)
+      printf("\n%-15s %-10s %5s %10s %4s %9s %9s %9s %8s %8s\n", "workload", "job", "size", "ms",
+             "runs", "ns/samp", "eval/samp", "brute", "growth", "2 thr");
+    headed = true;
     if (f->write == scene_prospero && !scene_prospero_exists()) {
       printf("%-15s skipped: there is no prospero.vm in the folder ZEROSET_BENCH_DATA\n", f->name);
       continue;
