@@ -56,18 +56,22 @@ static double reached(const bench *b, const target *t)
   return t->by ? value / bench_recall(b, t->by) : value;
 }
 
-/* The least gain from a second thread among the rows of the targets. */
+/* The rows of the targets that a second thread should speed up. */
+static const char *const threaded[] = {
+  "prospero picture 4096",      "spheres-1000 occupancy 256", "spheres-100000 occupancy 256",
+  "spheres-1000 values 256",    "spheres-1000 mesh 256",      "menger-4 mesh 256",
+};
+
+/* The least gain from a second thread among them; NaN when none was measured. */
 static double least_gain(const bench *b)
 {
-  double least = INFINITY;
-  for (size_t i = 0; i < sizeof targets / sizeof *targets; i++) {
+  double least = NAN;
+  for (size_t i = 0; i < sizeof threaded / sizeof *threaded; i++) {
     char name[128];
-    snprintf(name, sizeof name, "%s threads", targets[i].by ? targets[i].number : "");
-    double gain = bench_recall(b, name);
-    if (gain < least)
-      least = gain;
+    snprintf(name, sizeof name, "%s threads", threaded[i]);
+    least = fmin(least, bench_recall(b, name));
   }
-  return least < INFINITY ? least : NAN;
+  return least;
 }
 
 static void print_target(const char *what, double value, sense sense, double limit,
@@ -87,7 +91,7 @@ static void print_targets(const bench *b)
     const target *t = &targets[i];
     print_target(t->what, reached(b, t), t->sense, t->limit, t->unit);
   }
-  print_target("2 threads by 1, the least of the rows above", least_gain(b), AT_LEAST, 1.7, "x");
+  print_target("second thread: least gain of their rows", least_gain(b), AT_LEAST, 1.7, "x");
 }
 
 static void print_header(void)

@@ -39,6 +39,7 @@ tests_bench_peer_gts_CFLAGS = $(AM_CFLAGS) $(GTS_CFLAGS)
 tests_bench_peer_gts_LDADD = $(GTS_LIBS)
 bench_gts = tests/bench/peer_gts
 endif
+CLEANFILES += $(EXTRA_PROGRAMS)
 
 EXTRA_DIST += tests/bench/peers.py
 zs_test_scripts += tests/bench/test_bench.sh
