@@ -79,12 +79,21 @@ void zs_tile_begin(zs_tile *tile, const zs_camera *camera, uint32_t x, uint32_t 
     update_column(tile, column);
 }
 
+/* Depth of the boundary before a leaf. */
+static float leaf_depth(const zs_tracer *tracer, uint32_t index)
+{
+  const zs_camera *camera = tracer->camera;
+  if (index == tracer->leaves)
+    return (float)camera->far;
+  return (float)(camera->near + (camera->far - camera->near) * index / tracer->leaves);
+}
+
 /* ---- Leaves -------------------------------------------------------------------------- */
 
 /* The rays of a leaf that are not done, and what is known of each. */
 typedef struct leaf {
   zs_tracer *tracer;
-  const zs_program *program;
+  const zs_program *sign, *gradient; /* programs that tell where f >= 0, and all of f */
   zs_tile *tile;
   unsigned column, count;
   uint8_t ray[ZS_COLUMN_RAYS];  /* in the column */
@@ -105,7 +114,7 @@ typedef struct batch {
 
 static void evaluate(leaf *l, unsigned n, float *u, float *v, float *w, float *f)
 {
-  zs_program_values(l->tracer->eval, l->program, &l->tracer->camera->frame, n, u, v, w, f);
+  zs_program_values(l->tracer->eval, l->sign, &l->tracer->camera->frame, n, u, v, w, f);
   l->tracer->evaluations += n;
 }
 
@@ -389,7 +398,7 @@ static void settle_all(leaf *l, double inset)
   if (!n)
     return;
   zs_frame frame = zs_frame_at(origin);
-  zs_program_gradients(l->tracer->eval, l->program, &frame, n, at[0], at[1], at[2], gradient[0]);
+  zs_program_gradients(l->tracer->eval, l->gradient, &frame, n, at[0], at[1], at[2], gradient[0]);
   l->tracer->evaluations += n;
   for (unsigned k = 0; k < n; k++) {
     const float g[3] = {gradient[1][k], gradient[2][k], gradient[3][k]};
@@ -398,11 +407,22 @@ static void settle_all(leaf *l, double inset)
   update_column(l->tile, l->column);
 }
 
-/* Trace the rays of a column between depths a and b. */
-static void trace_leaf(zs_tracer *tracer, const zs_program *program, zs_tile *tile,
-                       unsigned column, float a, float b)
+/* Columns and leaves lo <= i < hi of a tile.  The surface is where the sign
+ * changes, for which a program is often much shorter than for all of f. */
+typedef struct part {
+  uint32_t lo[3], hi[3];
+  const zs_program *sign, *gradient;
+} part;
+
+/* Trace the rays of a part that is one leaf. */
+static void trace_leaf(zs_tracer *tracer, zs_tile *tile, const part *p)
 {
-  leaf l = {.tracer = tracer, .program = program, .tile = tile, .column = column};
+  const float a = leaf_depth(tracer, p->lo[2]), b = leaf_depth(tracer, p->hi[2]);
+  leaf l = {.tracer = tracer,
+            .sign = p->sign,
+            .gradient = p->gradient,
+            .tile = tile,
+            .column = p->lo[1] * ZS_COLUMNS + p->lo[0]};
   gather(&l, a, b);
   if (!l.count)
     return;
@@ -416,12 +436,6 @@ static void trace_leaf(zs_tracer *tracer, const zs_program *program, zs_tile *ti
 }
 
 /* ---- The tree of boxes ------------------------------------------------------------------ */
-
-/* Columns and leaves lo <= i < hi of a tile. */
-typedef struct part {
-  uint32_t lo[3], hi[3];
-  const zs_program *program;
-} part;
 
 /* Into how many parts to split each side: depth first while boxes are long,
  * then all sides, at most ZS_LANES in all. */
@@ -454,22 +468,13 @@ static unsigned split(const part *whole, part parts[ZS_LANES])
     for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size[1])
       for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size[0]) {
         part *p = &parts[count++];
-        *p = (part){.program = whole->program};
+        *p = (part){.sign = whole->sign, .gradient = whole->gradient};
         for (int k = 0; k < 3; k++) {
           p->lo[k] = at[k];
           p->hi[k] = whole->hi[k] - at[k] < size[k] ? whole->hi[k] : at[k] + size[k];
         }
       }
   return count;
-}
-
-/* Depth of the boundary before a leaf. */
-static float leaf_depth(const zs_tracer *tracer, uint32_t index)
-{
-  const zs_camera *camera = tracer->camera;
-  if (index == tracer->leaves)
-    return (float)camera->far;
-  return (float)(camera->near + (camera->far - camera->near) * index / tracer->leaves);
 }
 
 /* Whether any ray goes on inside a part. */
@@ -508,9 +513,64 @@ static void part_boxes(const zs_tracer *tracer, const zs_tile *tile, const part 
   }
 }
 
+/* Give the parts in `lanes` shorter programs for gradients.  Where those for
+ * signs are no shorter, one program, and one set of bounds, will do. */
+static bool shorten_gradients(zs_tracer *tracer, const zs_program *gradient, part *parts,
+                              unsigned count, unsigned lanes)
+{
+  const zs_program *programs[ZS_LANES];
+  bool shorter = false;
+  zs_program_restrict_lanes(tracer->eval, gradient, lanes, ZS_REQUEST_GRADIENT,
+                            &tracer->arena, programs);
+  for (unsigned l = 0; l < count; l++) {
+    if (!(lanes >> l & 1))
+      continue;
+    parts[l].gradient = programs[l];
+    if (programs[l]->count > parts[l].sign->count)
+      shorter = true;
+    else
+      parts[l].sign = programs[l];
+  }
+  return shorter;
+}
+
+/* The programs for signs, after bounds of the present one. */
+static void shorten_signs(zs_tracer *tracer, const zs_program *sign, part *parts,
+                          unsigned count, unsigned lanes)
+{
+  const zs_program *programs[ZS_LANES];
+  zs_program_restrict_lanes(tracer->eval, sign, lanes, ZS_REQUEST_SIGN, &tracer->arena,
+                            programs);
+  for (unsigned l = 0; l < count; l++)
+    if (lanes >> l & 1)
+      parts[l].sign = programs[l];
+}
+
+/* Give the parts in `lanes` shorter programs.  The bounds of their program for
+ * signs have just been taken.  Those for gradients stay as they are for the
+ * last columns, whose gradients are few. */
+static void shorten(zs_tracer *tracer, const part *whole, part *parts, unsigned count,
+                    unsigned lanes, const zs_boxes *boxes)
+{
+  const bool wide = whole->hi[0] - whole->lo[0] > 2 || whole->hi[1] - whole->lo[1] > 2;
+  const bool same = whole->sign == whole->gradient;
+  if (!same || tracer->signs)
+    shorten_signs(tracer, whole->sign, parts, count, lanes);
+  if (!wide && !same)
+    return;
+  zs_bounds f;
+  if (!same)
+    zs_program_bounds(tracer->eval, whole->gradient, &tracer->camera->frame, boxes, &f);
+  const bool shorter = shorten_gradients(tracer, whole->gradient, parts, count, lanes);
+  /* What does not help the whole tile is not tried on its parts. */
+  if (same && whole->hi[2] - whole->lo[2] == tracer->leaves)
+    tracer->signs = shorter;
+}
+
 /* Leave out parts that are proven empty or that no ray reaches; the others get
  * their programs and move to the front.  Returns how many are left. */
-static unsigned prune(zs_tracer *tracer, const zs_tile *tile, part *parts, unsigned count)
+static unsigned prune(zs_tracer *tracer, const zs_tile *tile, const part *whole, part *parts,
+                      unsigned count)
 {
   unsigned left = 0;
   for (unsigned l = 0; l < count; l++)
@@ -518,26 +578,20 @@ static unsigned prune(zs_tracer *tracer, const zs_tile *tile, part *parts, unsig
       parts[left++] = parts[l];
   if (!left)
     return 0;
-  const zs_program *program = parts[0].program;
   zs_boxes boxes;
   zs_bounds f;
   part_boxes(tracer, tile, parts, left, &boxes);
-  zs_program_bounds(tracer->eval, program, &tracer->camera->frame, &boxes, &f);
+  zs_program_bounds(tracer->eval, whole->sign, &tracer->camera->frame, &boxes, &f);
   unsigned lanes = 0;
   for (unsigned l = 0; l < left; l++)
     if (!(f.hi[l] < 0))
       lanes |= 1u << l;
-  const zs_program *programs[ZS_LANES];
-  zs_program_restrict_lanes(tracer->eval, program, lanes, ZS_REQUEST_GRADIENT, &tracer->arena,
-                            programs);
+  shorten(tracer, whole, parts, left, lanes, &boxes);
   count = left;
   left = 0;
-  for (unsigned l = 0; l < count; l++) {
-    if (!(lanes >> l & 1))
-      continue;
-    parts[left] = parts[l];
-    parts[left++].program = programs[l];
-  }
+  for (unsigned l = 0; l < count; l++)
+    if (lanes >> l & 1)
+      parts[left++] = parts[l];
   return left;
 }
 
@@ -547,15 +601,14 @@ static void trace_part(zs_tracer *tracer, zs_tile *tile, const part *whole)
     return;
   if (whole->hi[0] - whole->lo[0] == 1 && whole->hi[1] - whole->lo[1] == 1 &&
       whole->hi[2] - whole->lo[2] == 1) {
-    trace_leaf(tracer, whole->program, tile, whole->lo[1] * ZS_COLUMNS + whole->lo[0],
-               leaf_depth(tracer, whole->lo[2]), leaf_depth(tracer, whole->hi[2]));
+    trace_leaf(tracer, tile, whole);
     return;
   }
   part parts[ZS_LANES];
   zs_arena_mark mark = zs_arena_mark_here(&tracer->arena);
   unsigned count = split(whole, parts);
   if (!tracer->brute)
-    count = prune(tracer, tile, parts, count);
+    count = prune(tracer, tile, whole, parts, count);
   for (unsigned l = 0; l < count; l++)
     trace_part(tracer, tile, &parts[l]);
   zs_arena_rewind(&tracer->arena, mark);
@@ -580,7 +633,9 @@ void zs_tracer_run(zs_tracer *tracer, zs_tile *tile)
 {
   if (!(tracer->camera->near < tracer->camera->far))
     return;
+  const zs_program *program = zs_field_program(zs_eval_field(tracer->eval));
   const part whole = {.hi = {ZS_COLUMNS, ZS_COLUMNS, tracer->leaves},
-                      .program = zs_field_program(zs_eval_field(tracer->eval))};
+                      .sign = program, .gradient = program};
+  tracer->signs = true;
   trace_part(tracer, tile, &whole);
 }

@@ -5,8 +5,10 @@
  * depth.  Bounds leave out what is empty, and what lies behind rays that have
  * hit something; the rest gets shorter programs.  Leaves sample every ray, look
  * closer where f rises and falls between two samples, and close in on the
- * surface.  What leaves find depends on their own samples only, so that a
- * picture is the same to the bit with and without pruning. */
+ * surface, by programs that need only have the sign of f.  Without pruning a
+ * leaf has the same samples inside, and the same hits but for what closing in
+ * leaves open; it may overlook a sheet between samples that shorter programs
+ * show. */
 #ifndef ZS_TRACE_H
 #define ZS_TRACE_H
 
@@ -64,6 +66,7 @@ typedef struct zs_tracer {
   const zs_camera *camera;
   zs_eval *eval;
   bool brute; /* no pruning */
+  bool signs; /* programs for signs are shorter than others, in the tile at hand */
   uint32_t leaves; /* in depth */
   uint64_t evaluations;
   zs_arena arena;

@@ -327,32 +327,68 @@ static void test_nothing(void **state)
 
 /* ---- Shortcuts -------------------------------------------------------------------------- */
 
-static const char part[] =
+static const char solid[] =
+  "max(min(min(0.7 - abs(x), 0.5 - abs(y)), min(0.6 - abs(z), sqrt(x*x + y*y) - 0.3)),"
+  " 0.3 - sqrt((x - 0.6)^2 + (y + 0.4)^2 + (z - 0.5)^2))";
+
+/* The same with a thin sheet. */
+static const char thin[] =
   "max(max(min(min(0.7 - abs(x), 0.5 - abs(y)), min(0.6 - abs(z), sqrt(x*x + y*y) - 0.3)),"
   " 0.3 - sqrt((x - 0.6)^2 + (y + 0.4)^2 + (z - 0.5)^2)), 0.001 - abs(x + y + z - 0.4))";
 
+/* Part of the pixels that differ by more than a few levels. */
+static double differing(const zs_image *a, const zs_image *b)
+{
+  const size_t n = (size_t)a->width * a->height;
+  double count = 0;
+  for (size_t p = 0; p < n; p++) {
+    int most = 0;
+    for (size_t c = p * a->channels; c < (p + 1) * a->channels; c++)
+      most = abs(a->pixels[c] - b->pixels[c]) > most ? abs(a->pixels[c] - b->pixels[c]) : most;
+    count += most > 8;
+  }
+  return count / (double)n;
+}
+
+/* Pictures by any number of threads, which are the same to the bit, and by
+ * brute force. */
+static void compare_pictures(const char *formula, const zs_view *view, zs_render_mode mode,
+                             double most)
+{
+  zs_control control;
+  zs_job_report brute, pruned;
+  zs_control_init(&control);
+  control.threads = 1;
+  zs_image image = render(formula, view, mode, 97, 71, &control, &pruned);
+  for (unsigned threads = 2; threads <= 3; threads++) {
+    control.threads = threads;
+    zs_image again = render(formula, view, mode, 97, 71, &control, NULL);
+    assert_memory_equal(again.pixels, image.pixels, (size_t)97 * 71 * image.channels);
+    zs_image_clear(&again);
+  }
+  control.threads = 1;
+  control.brute = true;
+  zs_image expected = render(formula, view, mode, 97, 71, &control, &brute);
+  assert_true(pruned.evaluations < brute.evaluations);
+  assert_int_equal(pruned.threads, 1);
+  assert_true(differing(&image, &expected) <= most);
+  for (size_t p = 0; mode == ZS_RENDER_DEPTH && p < (size_t)97 * 71; p++)
+    assert_true(image.pixels[p] >= expected.pixels[p] - 1); /* what is near is not overlooked */
+  zs_image_clear(&expected);
+  zs_image_clear(&image);
+}
+
+/* With and without pruning a surface is the same, located to a small part of a
+ * pixel: pictures differ where that decides on which side of an edge a ray
+ * falls, and where only pruning lets a sheet far thinner than a pixel be seen. */
 static void test_shortcuts(void **state)
 {
   (void)state;
   const zs_view views[] = {named("iso"), named("left"), ball_view()};
   for (size_t v = 0; v < 3; v++)
     for (int mode = 0; mode < 3; mode++) {
-      zs_control control;
-      zs_control_init(&control);
-      control.threads = 1;
-      control.brute = true;
-      zs_job_report brute, pruned;
-      zs_image expected = render(part, &views[v], (zs_render_mode)mode, 97, 71, &control, &brute);
-      for (unsigned threads = 1; threads <= 3; threads++) {
-        zs_control_init(&control);
-        control.threads = threads;
-        zs_image image = render(part, &views[v], (zs_render_mode)mode, 97, 71, &control, &pruned);
-        assert_memory_equal(image.pixels, expected.pixels, (size_t)97 * 71 * image.channels);
-        assert_true(pruned.evaluations < brute.evaluations);
-        assert_int_equal(pruned.threads, threads);
-        zs_image_clear(&image);
-      }
-      zs_image_clear(&expected);
+      compare_pictures(solid, &views[v], (zs_render_mode)mode, 0.003);
+      compare_pictures(thin, &views[v], (zs_render_mode)mode, 0.04);
     }
 }
 
@@ -411,11 +447,11 @@ static void test_up_along_view(void **state)
 {
   (void)state;
   zs_view view = named("top");
-  zs_image expected = render(part, &view, ZS_RENDER_DEPTH, 40, 40, NULL, NULL);
+  zs_image expected = render(solid, &view, ZS_RENDER_DEPTH, 40, 40, NULL, NULL);
   const double ups[3][3] = {{0, 0, 1}, {0, 0, 0}, {NAN, 0, 1}};
   for (int i = 0; i < 3; i++) {
     memcpy(view.up, ups[i], sizeof view.up);
-    zs_image image = render(part, &view, ZS_RENDER_DEPTH, 40, 40, NULL, NULL);
+    zs_image image = render(solid, &view, ZS_RENDER_DEPTH, 40, 40, NULL, NULL);
     assert_memory_equal(image.pixels, expected.pixels, 1600);
     zs_image_clear(&image);
   }
