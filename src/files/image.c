@@ -102,6 +102,10 @@ static void write_rows(png_structp png, const encoder *e)
   }
 }
 
+/* Files are a tenth larger than with the usual 6, and written in less than half
+ * the time, which is a part of a preview's. */
+enum { LEVEL = 4 };
+
 /* In a function of its own, so that no local variable outlives a jump. */
 static bool encode(encoder *e, png_structp png, png_infop info)
 {
@@ -111,6 +115,7 @@ static bool encode(encoder *e, png_structp png, png_infop info)
   png_set_IHDR(png, info, e->image->width, e->image->height, e->row ? 1 : 8,
                e->image->channels == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_compression_level(png, LEVEL);
   png_write_info(png, info);
   write_rows(png, e);
   png_write_end(png, info);
