@@ -34,4 +34,5 @@ zs_sources += \
 
 zs_kernel_sources += \
   src/output/polygonize_roots.kernel.c \
-  src/output/polygonize_rows.kernel.c
+  src/output/polygonize_rows.kernel.c \
+  src/output/shade.kernel.c

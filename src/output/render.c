@@ -36,6 +36,7 @@ typedef struct renderer {
   zs_studio studio;
   zs_render_mode mode;
   zs_hit *hits;     /* by pixel */
+  float *depth;     /* by pixel: of its hit, INFINITY without one */
   float *open;      /* by pixel: part of the sky that it sees */
   uint8_t *edges;   /* by pixel: 1 where more rays are wanted */
   zs_image *image;
@@ -125,10 +126,14 @@ static void keep_hits(renderer *r, const zs_tile *tile)
 
 /* ---- Shaded pictures -------------------------------------------------------------------- */
 
-static void store_color(renderer *r, size_t pixel, zs_color linear)
+static zs_color encoded(zs_color linear)
 {
-  zs_color color = {zs_color_encode(fminf(linear.r, 1)), zs_color_encode(fminf(linear.g, 1)),
+  return (zs_color){zs_color_encode(fminf(linear.r, 1)), zs_color_encode(fminf(linear.g, 1)),
                     zs_color_encode(fminf(linear.b, 1))};
+}
+
+static void store_color(renderer *r, size_t pixel, zs_color color)
+{
   zs_color_store(color, r->image->pixels + 3 * pixel);
 }
 
@@ -175,7 +180,7 @@ static void blend_pixel(renderer *r, const zs_tile *tile, uint32_t i, uint32_t j
       zs_color color = hit_color(r, hit, u, v, open);
       sum = zs_color_add(sum, (zs_color){fminf(color.r, 1), fminf(color.g, 1), fminf(color.b, 1)});
     }
-  store_color(r, pixel, zs_color_scale(sum, 1 / (float)(n * n)));
+  store_color(r, pixel, encoded(zs_color_scale(sum, 1 / (float)(n * n))));
 }
 
 static void blend_edges(renderer *r, const zs_tile *tile)
@@ -212,6 +217,7 @@ static void find_edges(renderer *r, uint32_t y)
   const uint32_t width = r->camera.width;
   for (uint32_t x = 0; x < width; x++) {
     const size_t at = (size_t)y * width + x;
+    r->depth[at] = r->hits[at].kind == ZS_HIT_NOTHING ? INFINITY : r->hits[at].depth;
     r->edges[at] = (x > 0 && edge_between(r, at, at - 1)) ||
                    (x + 1 < width && edge_between(r, at, at + 1)) ||
                    (y > 0 && edge_between(r, at, at - width)) ||
@@ -221,12 +227,17 @@ static void find_edges(renderer *r, uint32_t y)
 
 static void shade_row(renderer *r, uint32_t y)
 {
+  zs_openness(&r->camera, r->hits, r->depth, y, r->open + (size_t)y * r->camera.width);
+  const double v = r->camera.top - (y + 0.5) * r->camera.pixel;
+  const zs_hit nothing = {.kind = ZS_HIT_NOTHING};
+  const zs_color backdrop = encoded(hit_color(r, &nothing, 0, v, 1));
   for (uint32_t x = 0; x < r->camera.width; x++) {
     const size_t at = (size_t)y * r->camera.width + x;
-    double u = r->camera.left + (x + 0.5) * r->camera.pixel;
-    double v = r->camera.top - (y + 0.5) * r->camera.pixel;
-    r->open[at] = zs_openness(&r->camera, r->hits, x, y);
-    store_color(r, at, hit_color(r, &r->hits[at], u, v, r->open[at]));
+    const zs_hit *hit = &r->hits[at];
+    const double u = r->camera.left + (x + 0.5) * r->camera.pixel;
+    store_color(r, at, hit->kind == ZS_HIT_NOTHING
+                         ? backdrop
+                         : encoded(hit_color(r, hit, u, v, r->open[at])));
   }
 }
 
@@ -313,7 +324,8 @@ static bool prepare(renderer *r, zs_field *field, zs_image *image, zs_diag *diag
   r->hits = malloc(n * sizeof *r->hits);
   r->open = shaded ? malloc(n * sizeof *r->open) : NULL;
   r->edges = shaded ? malloc(n) : NULL;
-  if (!r->hits || (shaded && (!r->open || !r->edges)))
+  r->depth = shaded ? malloc(n * sizeof *r->depth) : NULL;
+  if (!r->hits || (shaded && (!r->open || !r->edges || !r->depth)))
     return zs_fail_memory(diag);
   r->image = image;
   return prepare_workers(r, field, diag) &&
@@ -332,12 +344,13 @@ static void release(renderer *r)
   free(r->hits);
   free(r->open);
   free(r->edges);
+  free(r->depth);
 }
 
 /* Working memory by pixel. */
 static uint64_t pixel_bytes(zs_render_mode mode)
 {
-  const uint64_t shaded = sizeof(zs_hit) + sizeof(float) + 1 + 3;
+  const uint64_t shaded = sizeof(zs_hit) + 2 * sizeof(float) + 1 + 3;
   return mode == ZS_RENDER_SHADED ? shaded : sizeof(zs_hit) + 3;
 }
 

@@ -18,12 +18,9 @@ static const zs_color backdrop_top = {0.88f, 0.91f, 0.95f}, backdrop_bottom = {0
 static const float GLOSS = 0.08f, GLOSS_EXPONENT = 40;
 
 /* How far surfaces darken each other, relative to the box's diagonal, and in
- * pixels at most; and how much. */
+ * pixels at most and least. */
 static const double REACH = 0.06;
-static const float WIDEST = 64, NARROWEST = 2, STRENGTH = 1.9f;
-
-/* Surfaces this little above the horizon (as a sine) do not darken. */
-static const float HORIZON = 0.08f;
+static const float WIDEST = 64, NARROWEST = 2;
 
 static float dot(const float a[3], const float b[3])
 {
@@ -94,14 +91,15 @@ zs_color zs_backdrop(float height)
 
 /* ---- Openness ------------------------------------------------------------------------ */
 
-/* Where a pixel's hit is, along the camera's axes from its origin. */
-static void place(const zs_camera *camera, uint32_t x, uint32_t y, float depth, float at[3])
-{
-  const float scale = camera->frame.perspective ? depth : 1;
-  at[0] = (float)(camera->left + (x + 0.5) * camera->pixel) * scale;
-  at[1] = (float)(camera->top - (y + 0.5) * camera->pixel) * scale;
-  at[2] = depth;
-}
+#if defined ZS_WITH_X86_KERNELS
+extern const zs_sky_kernel zs_sky_kernel_baseline, zs_sky_kernel_avx2, zs_sky_kernel_avx512;
+static const zs_sky_kernel *const kernels[ZS_ISA_COUNT] = {
+  &zs_sky_kernel_baseline, &zs_sky_kernel_avx2, &zs_sky_kernel_avx512};
+#else
+extern const zs_sky_kernel zs_sky_kernel_baseline;
+static const zs_sky_kernel *const kernels[ZS_ISA_COUNT] = {
+  &zs_sky_kernel_baseline, &zs_sky_kernel_baseline, &zs_sky_kernel_baseline};
+#endif
 
 static float diagonal(const zs_camera *camera)
 {
@@ -113,54 +111,56 @@ static float diagonal(const zs_camera *camera)
   return (float)sqrt(sum);
 }
 
-/* How much of the sky the hit at pixel (x, y) takes from a place. */
-static float shadow(const zs_camera *camera, const zs_hit *hits, int64_t x, int64_t y,
-                    const float at[3], const float normal[3], float reach)
+/* How far around a hit others are looked at, in pixels: 0 when they would be
+ * too near to count. */
+static float radius_of(const zs_camera *camera, const zs_hit *hit, float reach)
 {
-  if (x < 0 || y < 0 || x >= camera->width || y >= camera->height)
-    return 0;
-  const zs_hit *hit = &hits[(size_t)y * camera->width + (size_t)x];
   if (hit->kind == ZS_HIT_NOTHING)
     return 0;
-  float to[3];
-  place(camera, (uint32_t)x, (uint32_t)y, hit->depth, to);
-  for (int k = 0; k < 3; k++)
-    to[k] -= at[k];
-  float distance = sqrtf(dot(to, to));
-  float near = 1 - distance / reach;
-  if (!(distance > 0 && near > 0))
-    return 0;
-  return fmaxf(dot(to, normal) / distance - HORIZON, 0) * near * (2 - near);
+  const float radius = fminf(reach / (float)zs_camera_footprint(camera, (double)hit->depth), WIDEST);
+  return radius >= NARROWEST ? radius : 0;
 }
 
-float zs_openness(const zs_camera *camera, const zs_hit *hits, uint32_t x, uint32_t y)
+/* Where pixel i of a run is and which way it faces, along the camera's axes. */
+static void place(zs_sky *sky, unsigned i, const zs_camera *camera, const zs_hit *hit)
 {
-  enum { DIRECTIONS = 12, RINGS = 4 };
-  static const float circle[DIRECTIONS][2] = {
-    {1, 0},      {0.866f, 0.5f},   {0.5f, 0.866f},   {0, 1},  {-0.5f, 0.866f}, {-0.866f, 0.5f},
-    {-1, 0},     {-0.866f, -0.5f}, {-0.5f, -0.866f}, {0, -1}, {0.5f, -0.866f}, {0.866f, -0.5f}};
-  const zs_hit *hit = &hits[(size_t)y * camera->width + x];
-  if (hit->kind == ZS_HIT_NOTHING)
-    return 1;
-  const float reach = (float)REACH * diagonal(camera);
-  float radius = reach / (float)zs_camera_footprint(camera, (double)hit->depth);
-  radius = fminf(radius, WIDEST);
-  if (!(radius >= NARROWEST))
-    return 1;
-  float at[3], normal[3];
-  place(camera, x, y, hit->depth, at);
+  const float scale = camera->frame.perspective ? hit->depth : 1;
+  sky->u[i] = (float)(camera->left + (sky->x + i + 0.5) * camera->pixel);
+  sky->at[0][i] = sky->u[i] * scale;
+  sky->at[1][i] = sky->v * scale;
+  sky->at[2][i] = hit->depth;
   for (int k = 0; k < 3; k++)
-    normal[k] = (float)(camera->frame.axes[k][0] * (double)hit->normal[0] +
-                        camera->frame.axes[k][1] * (double)hit->normal[1] +
-                        camera->frame.axes[k][2] * (double)hit->normal[2]);
-  float taken = 0;
-  for (int d = 0; d < DIRECTIONS; d++)
-    for (int ring = 0; ring < RINGS; ring++) {
-      /* Rings are closer together near the middle. */
-      float part = ((float)ring + 0.5f + (float)(d % 3) / 3 - 0.33f) / RINGS;
-      float far = radius * part * part;
-      taken += shadow(camera, hits, x + lrintf(far * circle[d][0]), y - lrintf(far * circle[d][1]),
-                      at, normal, reach);
+    sky->normal[k][i] = (float)(camera->frame.axes[k][0] * (double)hit->normal[0] +
+                                camera->frame.axes[k][1] * (double)hit->normal[1] +
+                                camera->frame.axes[k][2] * (double)hit->normal[2]);
+}
+
+void zs_openness(const zs_camera *camera, const zs_hit *hits, const float *depth, uint32_t y,
+                 float *open)
+{
+  const zs_hit *row = hits + (size_t)y * camera->width;
+  zs_sky sky = {.y = y,
+                .width = camera->width,
+                .height = camera->height,
+                .depth = depth,
+                .perspective = camera->frame.perspective,
+                .pixel = (float)camera->pixel,
+                .reach = (float)REACH * diagonal(camera),
+                .v = (float)(camera->top - (y + 0.5) * camera->pixel)};
+  for (; sky.x < camera->width; sky.x += sky.n) {
+    const uint32_t left = camera->width - sky.x;
+    float widest = 0;
+    sky.n = left < ZS_BLOCK ? left : ZS_BLOCK;
+    memset(sky.radius, 0, sizeof sky.radius);
+    for (unsigned i = 0; i < sky.n; i++) {
+      sky.radius[i] = radius_of(camera, &row[sky.x + i], sky.reach);
+      widest = fmaxf(widest, sky.radius[i]);
+      if (sky.radius[i] > 0)
+        place(&sky, i, camera, &row[sky.x + i]);
     }
-  return fmaxf(1 - STRENGTH * taken / (DIRECTIONS * RINGS), 0);
+    if (widest > 0)
+      kernels[zs_isa_select()]->openness(&sky);
+    for (unsigned i = 0; i < sky.n; i++)
+      open[sky.x + i] = sky.radius[i] > 0 ? sky.open[i] : 1;
+  }
 }

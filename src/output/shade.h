@@ -22,8 +22,26 @@ zs_color zs_shade(const zs_studio *studio, const zs_camera *camera, const zs_hit
  * its top. */
 zs_color zs_backdrop(float height);
 
-/* The part of the sky that a pixel's hit sees, judged by the hits of the
- * picture around it. */
-float zs_openness(const zs_camera *camera, const zs_hit *hits, uint32_t x, uint32_t y);
+/* The part of the sky that the hits of row y see, judged by the hits of the
+ * picture around them; 1 where nothing is hit.  `depth` is that of every pixel's
+ * hit, INFINITY where there is none. */
+void zs_openness(const zs_camera *camera, const zs_hit *hits, const float *depth, uint32_t y,
+                 float *open);
+
+/* A run of pixels in a row.  Places and normals are along the camera's axes. */
+typedef struct zs_sky {
+  unsigned n;
+  uint32_t x, y, width, height; /* of the first pixel; of the picture */
+  const float *depth;
+  bool perspective;
+  float pixel, reach, v; /* how far from a place others darken it */
+  float u[ZS_BLOCK], radius[ZS_BLOCK]; /* the reach in pixels; 0: nothing counts, or no pixel */
+  float at[3][ZS_BLOCK], normal[3][ZS_BLOCK];
+  float open[ZS_BLOCK]; /* the result */
+} zs_sky;
+
+typedef struct zs_sky_kernel {
+  void (*openness)(zs_sky *sky);
+} zs_sky_kernel;
 
 #endif
