@@ -82,6 +82,38 @@ static double interpolation(const void *data, const double in[])
   return t <= 0 ? in[0] : t >= 1 ? in[1] : (1 - t) * in[0] + t * in[1];
 }
 
+/* The sign of an R-function depends on the signs of its operands alone, for
+ * rounded values too; anything else of it on all of both. */
+static zs_demand r_alpha_demand(const void *data, zs_demand result)
+{
+  (void)data;
+  const bool sign_only = result.below == 0 && result.above == 0;
+  return sign_only ? result : (zs_demand){INFINITY, INFINITY};
+}
+
+/* How many reaches an operand has to be away from where the result matters to
+ * have no influence there.  One is not enough: more operands between may hand its
+ * influence on, each lifting the result and passing on a part of what it was.
+ * With h = 1 - d/k the best a quadratic joint can do is to lift by
+ * d + k h^2 / 4 and to pass on h / 2: nothing above exp(-2.4) per reach.  A cubic
+ * one is below exp(-3.9), a circular one below exp(-1.9); a chamfer passes on a
+ * half at every reach.  What is left after these many is less than 1e-7 k. */
+static zs_demand smooth_demand(const zs_blend *p, zs_demand result, double reaches)
+{
+  const float margin = (float)(reaches * p->parameter[0]);
+  return (zs_demand){result.below + margin, result.above + margin};
+}
+
+static zs_demand curved_demand(const void *data, zs_demand result)
+{
+  return smooth_demand(data, result, 10);
+}
+
+static zs_demand chamfer_demand(const void *data, zs_demand result)
+{
+  return smooth_demand(data, result, 26);
+}
+
 ZS_DEFINE_KERNEL_TABLE(zs_r_alpha_kernels)
 ZS_DEFINE_KERNEL_TABLE(zs_r_m_kernels)
 ZS_DEFINE_KERNEL_TABLE(zs_r_displaced_kernels)
@@ -95,7 +127,7 @@ ZS_DEFINE_KERNEL_TABLE(zs_interpolation_kernels)
 const zs_operation zs_r_alpha = {.name = "r-alpha",
                                  .arity = 2,
                                  .choice = true,
-                                 .sign_transparent = true,
+                                 .demand = r_alpha_demand,
                                  .data_size = sizeof(zs_blend),
                                  .kernels = zs_r_alpha_kernels_table,
                                  .reference = r_alpha};
@@ -111,24 +143,28 @@ const zs_operation zs_r_displaced = {.name = "r-displaced",
                                      .kernels = zs_r_displaced_kernels_table,
                                      .reference = r_displaced};
 const zs_operation zs_smooth_quadratic = {.name = "smooth-quadratic",
+                                          .demand = curved_demand,
                                           .arity = 2,
                                           .choice = true,
                                           .data_size = sizeof(zs_blend),
                                           .kernels = zs_smooth_quadratic_kernels_table,
                                           .reference = smooth_quadratic};
 const zs_operation zs_smooth_cubic = {.name = "smooth-cubic",
+                                          .demand = curved_demand,
                                       .arity = 2,
                                       .choice = true,
                                       .data_size = sizeof(zs_blend),
                                       .kernels = zs_smooth_cubic_kernels_table,
                                       .reference = smooth_cubic};
 const zs_operation zs_smooth_circular = {.name = "smooth-circular",
+                                          .demand = curved_demand,
                                          .arity = 2,
                                          .choice = true,
                                          .data_size = sizeof(zs_blend),
                                          .kernels = zs_smooth_circular_kernels_table,
                                          .reference = smooth_circular};
 const zs_operation zs_smooth_chamfer = {.name = "smooth-chamfer",
+                                          .demand = chamfer_demand,
                                         .arity = 2,
                                         .choice = true,
                                         .data_size = sizeof(zs_blend),

@@ -301,14 +301,15 @@ static zs_interval r_alpha_interval(zs_interval a, zs_interval b, numbers c)
 static void r_alpha_bounds(const zs_bounds_arguments *x)
 {
   const numbers c = r_alpha_numbers(x->data);
+  const bool sign_only = x->demand.below == 0 && x->demand.above == 0;
   unsigned sign_a = 0, sign_b = 0;
   for (unsigned l = 0; l < ZS_LANES; l++) {
     zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l);
     bool both = zs_interval_known(a) && zs_interval_known(b);
     /* An operand that never decides: negative in a union, positive in an
      * intersection. */
-    bool a_idle = both && (c.side > 0 ? a.hi < 0 : a.lo > 0);
-    bool b_idle = both && (c.side > 0 ? b.hi < 0 : b.lo > 0);
+    bool a_idle = both && sign_only && (c.side > 0 ? a.hi < 0 : a.lo > 0);
+    bool b_idle = both && sign_only && (c.side > 0 ? b.hi < 0 : b.lo > 0);
     sign_a |= (unsigned)b_idle << l;
     sign_b |= (unsigned)a_idle << l;
     zs_interval_to_lane(x->out, l, both ? r_alpha_interval(a, b, c) : zs_interval_unknown());
@@ -389,7 +390,7 @@ static inline zs_lanes chamfer_rise(zs_lanes d, numbers c)
 }
 
 /* The smooth maxima and minima grow with both operands. */
-static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c,
+static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c, zs_demand inputs,
                                  zs_lanes (*rise)(zs_lanes d, numbers c))
 {
   const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]);
@@ -397,13 +398,16 @@ static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c,
   const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
   const zs_lanes_mask a_copied = both & (c.side > 0 ? a.lo - b.hi >= reach : b.lo - a.hi >= reach);
   const zs_lanes_mask b_copied = both & (c.side > 0 ? b.lo - a.hi >= reach : a.lo - b.hi >= reach);
-  /* Where the other operand stays this far on its own side of zero it never
-   * decides; a little more than the reach, for the roundings. */
-  const zs_lanes idle = zs_lanes_all(c.k * (1 + 1e-5f));
+  /* Where the result and with it the operands matter: an operand can be dropped
+   * beyond the second, or when the other one is beyond the first by itself. */
+  const zs_lanes below = zs_lanes_all(-inputs.below), above = zs_lanes_all(inputs.above);
+  const zs_lanes least = zs_lanes_all(-x->demand.below), most = zs_lanes_all(x->demand.above);
   x->choice->copy[0] = zs_lanes_bits(a_copied);
   x->choice->copy[1] = zs_lanes_bits(b_copied);
-  x->choice->sign[0] = zs_lanes_bits(both & (c.side > 0 ? b.hi < -idle : b.lo > idle));
-  x->choice->sign[1] = zs_lanes_bits(both & (c.side > 0 ? a.hi < -idle : a.lo > idle));
+  x->choice->sign[0] = zs_lanes_bits(
+    both & (c.side > 0 ? (b.hi < below) | (a.lo > most) : (b.lo > above) | (a.hi < least)));
+  x->choice->sign[1] = zs_lanes_bits(
+    both & (c.side > 0 ? (a.hi < below) | (b.lo > most) : (a.lo > above) | (b.hi < least)));
   const zs_lanes side = zs_lanes_all(c.side), slack = zs_lanes_all(4 * UNIT * c.k);
   const zs_lanes lo_rise = side * rise(zs_lanes_absolute(a.lo - b.lo), c);
   const zs_lanes hi_rise = side * rise(zs_lanes_absolute(a.hi - b.hi), c);
@@ -419,7 +423,8 @@ static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c,
 #define SMOOTH_BOUNDS(NAME) \
   static void smooth_##NAME##_bounds(const zs_bounds_arguments *x) \
   { \
-    smooth_bounds(x, smooth_##NAME##_numbers(x->data), NAME##_rise); \
+    const zs_demand inputs = zs_smooth_##NAME.demand(x->data, x->demand); \
+    smooth_bounds(x, smooth_##NAME##_numbers(x->data), inputs, NAME##_rise); \
   }
 SMOOTH_BOUNDS(quadratic)
 SMOOTH_BOUNDS(cubic)

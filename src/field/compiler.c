@@ -362,6 +362,10 @@ zs_value zs_emit_primitive(zs_compiler *compiler, zs_primitive_shape shape,
     if (matrix[i] == 0)
       matrix[i] = 0; /* no -0: equal matrices must be equal bytes */
   primitive.stretch = greatest_stretch(matrix);
+  primitive.moved = 1;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      primitive.moved &= matrix[4 * i + j] == (double)(i == j);
   zs_value in[3];
   memcpy(in, coordinates->base, sizeof in);
   for (int j = 1; j < 3; j++) /* nothing is computed that is not used */

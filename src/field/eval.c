@@ -8,7 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ALIGNMENT = 64 };
+enum {
+  ALIGNMENT = 64,
+  AHEAD = 8 /* instructions from prefetching data to using them */
+};
 
 /* A regional program is worth having when it is this part of its parent. */
 static const double WORTHWHILE = 0.8;
@@ -172,6 +175,8 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
     const zs_instruction *instruction = &program->instructions[i];
     const zs_operation *operation = instruction->operation;
     arguments.data = instruction->data;
+    /* Data of regional programs lie where the whole program put them. */
+    __builtin_prefetch(instruction[i + AHEAD <= last ? AHEAD : 0].data);
     for (unsigned k = 0; k < operation->arity; k++) {
       uint32_t in = instruction->in[k];
       arguments.in[k] =
@@ -179,7 +184,11 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
       if (operation->restricted)
         eval->regional[instruction->regional][k] = *arguments.in[k];
     }
-    arguments.choice = operation->choice ? &eval->choices[instruction->choice] : NULL;
+    arguments.choice = NULL;
+    if (operation->choice) {
+      arguments.choice = &eval->choices[instruction->choice];
+      arguments.demand = program->demands[instruction->choice];
+    }
     arguments.out = i == last ? result : &eval->bounds[program->registers[i]];
     operation->kernels[eval->isa]->bounds(&arguments);
   }

@@ -36,7 +36,8 @@ enum { ZS_KEPT = 3 };
 
 typedef struct zs_shortener {
   uint32_t capacity;          /* instructions of the longest program */
-  uint16_t *full, *sign;      /* by instruction: lanes that need it, or its sign */
+  uint16_t *needed;           /* by instruction: lanes that need it */
+  zs_demand *demands;         /* by instruction: where it matters */
   uint32_t *renamed;          /* by instruction: its new index in the lane at hand */
   uint32_t *entries[ZS_LANES];
   uint32_t count[ZS_LANES];   /* entries of each lane ... */

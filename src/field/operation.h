@@ -39,10 +39,17 @@ typedef struct zs_bounds {
   _Alignas(64) float hi[ZS_LANES];
 } zs_bounds;
 
+/* Where a value matters when all that counts is whether f >= 0: from -below to
+ * above.  Beyond, any other value on the same side does as well.  A value that
+ * matters everywhere has infinities. */
+typedef struct zs_demand {
+  float below, above;
+} zs_demand;
+
 /* What an operation with a choice found out, one bit per lane. */
 typedef struct zs_choice {
   uint16_t copy[ZS_MAXIMUM_INPUTS]; /* the result equals input i, to the bit */
-  uint16_t sign[ZS_MAXIMUM_INPUTS]; /* the result has the sign (-, 0, +) of input i */
+  uint16_t sign[ZS_MAXIMUM_INPUTS]; /* input i does as well, where only the sign of f counts */
 } zs_choice;
 
 /* What one instruction works on: `n` points, a multiple of ZS_LANES.  Pointers
@@ -63,6 +70,7 @@ typedef struct zs_bounds_arguments {
   const zs_bounds *in[ZS_MAXIMUM_INPUTS];
   zs_bounds *out;
   zs_choice *choice; /* zeroed; NULL for operations without a choice */
+  zs_demand demand;  /* of the result; for operations with a choice */
 } zs_bounds_arguments;
 
 /* Hot loops, built once per instruction set. */
@@ -87,9 +95,9 @@ typedef struct zs_operation {
   const char *name; /* in listings */
   unsigned arity;
   bool choice; /* bounds can fill in a zs_choice */
-  /* The sign (-, 0, +) of the result depends on the signs of the inputs only,
-   * for the rounded results too. */
-  bool sign_transparent;
+  /* Where the inputs matter if the result matters where `result` says; NULL:
+   * everywhere. */
+  zs_demand (*demand)(const void *data, zs_demand result);
   /* Bytes of `data` that decide equality of two instructions; 0 when the
    * pointer does, or when there is no data. */
   size_t data_size;

@@ -14,6 +14,7 @@ typedef struct zs_primitive {
     /* Points as far apart as 1 are this far apart in the primitive's coordinates,
    * or closer. */
   double stretch;
+  uint64_t moved; /* 1: the matrix is the identity but for its last column */
 } zs_primitive;
 
 typedef enum zs_primitive_shape {

@@ -189,34 +189,41 @@ typedef struct map {
   enum { MOVED, AFFINE, PERSPECTIVE } kind; /* MOVED: k is the identity */
 } map;
 
-static inline map map_of(const zs_row row[3], bool perspective)
+/* The constants of a matrix that only moves, in a frame parallel to the scene. */
+static inline void find_offset(const zs_primitive *primitive, const double origin[3],
+                               zs_lanes offset[3])
 {
-  map m = {.kind = perspective ? PERSPECTIVE : MOVED};
+  for (int i = 0; i < 3; i++)
+    offset[i] = zs_lanes_all((float)(primitive->matrix[4 * i + 3] + origin[i]));
+}
+
+static inline void find_rows(const zs_primitive *primitive, const zs_frame *frame, zs_row row[3])
+{
+  for (int i = 0; i < 3; i++) {
+    const double *of_matrix = primitive->matrix + 4 * (size_t)i;
+    row[i] = frame ? zs_row_in_frame(of_matrix, frame) : zs_row_of_registers(of_matrix);
+  }
+}
+
+static const double NOWHERE[3] = {0, 0, 0};
+
+/* In a frame, or of registers when it is NULL. */
+static inline map find_map(const zs_primitive *primitive, const zs_frame *frame)
+{
+  map m = {.kind = frame && frame->perspective ? PERSPECTIVE : AFFINE};
+  if (primitive->moved && (!frame || frame->parallel)) {
+    m.kind = MOVED;
+    find_offset(primitive, frame ? frame->origin : NOWHERE, m.constant);
+    return m;
+  }
+  zs_row row[3];
+  find_rows(primitive, frame, row);
   for (int i = 0; i < 3; i++) {
     m.constant[i] = zs_lanes_all(row[i].constant);
-    for (int j = 0; j < 3; j++) {
+    for (int j = 0; j < 3; j++)
       m.k[i][j] = zs_lanes_all(row[i].k[j]);
-      if (m.kind == MOVED && row[i].k[j] != (float)(i == j))
-        m.kind = AFFINE;
-    }
   }
   return m;
-}
-
-static inline map map_in_frame(const zs_primitive *primitive, const zs_frame *frame)
-{
-  zs_row row[3];
-  for (int i = 0; i < 3; i++)
-    row[i] = zs_row_in_frame(primitive->matrix + 4 * (size_t)i, frame);
-  return map_of(row, frame->perspective);
-}
-
-static inline map map_of_registers(const zs_primitive *primitive)
-{
-  zs_row row[3];
-  for (int i = 0; i < 3; i++)
-    row[i] = zs_row_of_registers(primitive->matrix + 4 * (size_t)i);
-  return map_of(row, false);
 }
 
 static inline point moved(const map *m, zs_lanes u, zs_lanes v, zs_lanes w)
@@ -286,14 +293,16 @@ static inline zs_lanes term(zs_lanes factor, const float *derivative)
                     (factor != zs_lanes_all(0)));
 }
 
-INLINE void gradients(const zs_block_arguments *x, const map *m, shape *f, shape_gradient *slope,
-                      numbers s, bool root)
+INLINE void fill_gradients(const zs_block_arguments *x, const map *m, mapping *where, shape *f,
+                           shape_gradient *slope, numbers s, bool root)
 {
   for (unsigned i = 0; i < x->n; i += ZS_LANES) {
-    const point at = affine(m, zs_lanes_load(x->in[0] + i), zs_lanes_load(x->in[1] + i),
-                            zs_lanes_load(x->in[2] + i));
+    const point at = where(m, zs_lanes_load(x->in[0] + i), zs_lanes_load(x->in[1] + i),
+                           zs_lanes_load(x->in[2] + i));
     const zs_lanes value = f(at, s);
-    point g = by_inputs(m, slope(at, s));
+    point g = slope(at, s);
+    if (where == affine)
+      g = by_inputs(m, g);
     if (!root) {
       zs_lanes row[3];
       for (unsigned k = 0; k < 3; k++) {
@@ -308,6 +317,15 @@ INLINE void gradients(const zs_block_arguments *x, const map *m, shape *f, shape
     zs_lanes_store(x->out + 2 * ZS_BLOCK + i, g.y);
     zs_lanes_store(x->out + 3 * ZS_BLOCK + i, g.z);
   }
+}
+
+INLINE void gradients(const zs_block_arguments *x, const map *m, shape *f, shape_gradient *slope,
+                      numbers s, bool root)
+{
+  if (m->kind == MOVED)
+    fill_gradients(x, m, moved, f, slope, s, root);
+  else
+    fill_gradients(x, m, affine, f, slope, s, root);
 }
 
 /* ---- Bounds ------------------------------------------------------------------------------ */
@@ -348,34 +366,65 @@ static zs_lanes half_diagonal(const zs_bounds *const in[3])
   return length3(reach[0], reach[1], reach[2]);
 }
 
-INLINE void bounds(const zs_bounds_arguments *x, const zs_row row[3], bool in_perspective, shape *f,
-                   numbers s)
+/* The primitive's coordinates over the boxes of a matrix that only moves. */
+static inline void moved_bounds(const zs_primitive *primitive, const zs_frame *frame,
+                                const zs_bounds *const in[3], zs_intervals local[3])
 {
+  const zs_lanes slack = zs_lanes_all(4 * 1.2e-7f);
+  zs_lanes offset[3];
+  find_offset(primitive, frame ? frame->origin : NOWHERE, offset);
+  for (int i = 0; i < 3; i++) {
+    const zs_intervals a = zs_intervals_load(in[i]);
+    const zs_lanes size =
+      zs_lanes_absolute(offset[i]) +
+      zs_lanes_larger(zs_lanes_absolute(a.lo), zs_lanes_absolute(a.hi));
+    local[i] = (zs_intervals){a.lo + offset[i] - slack * size, a.hi + offset[i] + slack * size};
+  }
+}
+
+/* A turned box of inputs reaches less far than the box around it in the
+ * primitive's coordinates: f changes by no more than the distance from the
+ * middle. */
+INLINE zs_intervals narrowed(zs_intervals range, const zs_intervals local[3],
+                             const zs_bounds_arguments *x, shape *f, numbers s)
+{
+  const zs_lanes half = zs_lanes_all(0.5f);
+  const zs_lanes reach =
+    half_diagonal(x->in) * zs_lanes_all((float)((const zs_primitive *)x->data)->stretch);
+  const zs_lanes at_middle = f((point){half * local[0].lo + half * local[0].hi,
+                                       half * local[1].lo + half * local[1].hi,
+                                       half * local[2].lo + half * local[2].hi},
+                               s);
+  return (zs_intervals){zs_lanes_larger(at_middle - reach, range.lo),
+                        zs_lanes_smaller(at_middle + reach, range.hi)};
+}
+
+/* `frame` is NULL for inputs in registers. */
+INLINE void bounds(const zs_bounds_arguments *x, const zs_frame *frame, shape *f, numbers s)
+{
+  const zs_primitive *primitive = x->data;
   zs_intervals local[3], m[3];
+  bool turned = false;
+  if (primitive->moved && (!frame || frame->parallel)) {
+    moved_bounds(primitive, frame, x->in, local);
+  } else {
+    zs_row row[3];
+    find_rows(primitive, frame, row);
+    turned = !(frame && frame->perspective) && is_turned(row);
+    for (int i = 0; i < 3; i++)
+      local[i] = frame && frame->perspective ? zs_row_perspective_bounds(row[i], x->in)
+                                             : zs_row_bounds(row[i], x->in);
+  }
   zs_lanes size = s.size;
   zs_lanes_mask known = size == size;
   for (int i = 0; i < 3; i++) {
-    local[i] = in_perspective ? zs_row_perspective_bounds(row[i], x->in)
-                              : zs_row_bounds(row[i], x->in);
     m[i] = zs_intervals_absolute(local[i]);
     size += m[i].hi;
-    known &= zs_intervals_known(m[i]);
+    known &= zs_intervals_known(local[i]);
   }
   zs_intervals range = f == torus ? torus_range(m, s) : falling_range(m, f, s);
-  if (!in_perspective && is_turned(row)) {
-    /* A turned box of inputs reaches less far than the box around it in the
-     * primitive's coordinates: f changes by no more than the distance from the
-     * middle. */
-    const zs_lanes half = zs_lanes_all(0.5f);
-    const zs_lanes reach =
-      half_diagonal(x->in) * zs_lanes_all((float)((const zs_primitive *)x->data)->stretch);
-    const zs_lanes at_middle = f((point){half * local[0].lo + half * local[0].hi,
-                                         half * local[1].lo + half * local[1].hi,
-                                         half * local[2].lo + half * local[2].hi},
-                                 s);
-    range.lo = zs_lanes_larger(at_middle - reach, range.lo);
-    range.hi = zs_lanes_smaller(at_middle + reach, range.hi);
-  }
+  if (turned)
+    range = narrowed(range, local, x, f, s);
   /* The errors of the coordinates, and of a dozen roundings on the way. */
   const zs_lanes slack = zs_lanes_all(8 * 1.2e-7f) * size;
   zs_intervals_store(x->out, zs_intervals_checked(range.lo - slack, range.hi + slack, known));
@@ -383,54 +432,32 @@ INLINE void bounds(const zs_bounds_arguments *x, const zs_row row[3], bool in_pe
 
 /* ---- Tables ---------------------------------------------------------------------------------- */
 
-#define KERNELS(NAME) \
-  static void NAME##_value(const zs_block_arguments *x) \
+#define KERNELS(NAME, FORM, FRAME) \
+  static void NAME##FORM##_value(const zs_block_arguments *x) \
   { \
-    const map m = map_of_registers(x->data); \
+    const map m = find_map(x->data, FRAME); \
     values(x, &m, NAME, NAME##_numbers(((const zs_primitive *)x->data)->parameter)); \
   } \
-  static void NAME##_root_value(const zs_block_arguments *x) \
+  static void NAME##FORM##_gradient(const zs_block_arguments *x) \
   { \
-    const map m = map_in_frame(x->data, x->frame); \
-    values(x, &m, NAME, NAME##_numbers(((const zs_primitive *)x->data)->parameter)); \
-  } \
-  static void NAME##_gradient(const zs_block_arguments *x) \
-  { \
-    const map m = map_of_registers(x->data); \
+    const map m = find_map(x->data, FRAME); \
     gradients(x, &m, NAME, NAME##_gradient_at, \
-              NAME##_numbers(((const zs_primitive *)x->data)->parameter), false); \
+              NAME##_numbers(((const zs_primitive *)x->data)->parameter), FRAME != NULL); \
   } \
-  static void NAME##_root_gradient(const zs_block_arguments *x) \
+  static void NAME##FORM##_bounds(const zs_bounds_arguments *x) \
   { \
-    const map m = map_in_frame(x->data, x->frame); \
-    gradients(x, &m, NAME, NAME##_gradient_at, \
-              NAME##_numbers(((const zs_primitive *)x->data)->parameter), true); \
-  } \
-  static void NAME##_bounds(const zs_bounds_arguments *x) \
-  { \
-    const zs_primitive *primitive = x->data; \
-    zs_row row[3]; \
-    for (int i = 0; i < 3; i++) \
-      row[i] = zs_row_of_registers(primitive->matrix + 4 * (size_t)i); \
-    bounds(x, row, false, NAME, NAME##_numbers(primitive->parameter)); \
-  } \
-  static void NAME##_root_bounds(const zs_bounds_arguments *x) \
-  { \
-    const zs_primitive *primitive = x->data; \
-    zs_row row[3]; \
-    for (int i = 0; i < 3; i++) \
-      row[i] = zs_row_in_frame(primitive->matrix + 4 * (size_t)i, x->frame); \
-    bounds(x, row, x->frame->perspective, NAME, NAME##_numbers(primitive->parameter)); \
+    bounds(x, FRAME, NAME, NAME##_numbers(((const zs_primitive *)x->data)->parameter)); \
   }
-KERNELS(ball)
-KERNELS(tube)
-KERNELS(cuboid)
-KERNELS(cylinder)
-KERNELS(torus)
-KERNELS(capsule)
+#define BOTH_KERNELS(NAME) KERNELS(NAME, _registers, NULL) KERNELS(NAME, _root, x->frame)
+BOTH_KERNELS(ball)
+BOTH_KERNELS(tube)
+BOTH_KERNELS(cuboid)
+BOTH_KERNELS(cylinder)
+BOTH_KERNELS(torus)
+BOTH_KERNELS(capsule)
 
 #define TABLE(SHAPE, NAME) \
-  [ZS_PRIMITIVE_##SHAPE] = {{NAME##_value, NAME##_gradient, NAME##_bounds}, \
+  [ZS_PRIMITIVE_##SHAPE] = {{NAME##_registers_value, NAME##_registers_gradient, NAME##_registers_bounds}, \
                             {NAME##_root_value, NAME##_root_gradient, NAME##_root_bounds}},
 
 const zs_primitive_table ZS_KERNELS(zs_primitive_kernels) = {

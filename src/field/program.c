@@ -2,25 +2,26 @@
  * programs that are still needed. */
 #include "field/field.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity)
 {
   *shortener = (zs_shortener){.capacity = capacity};
-  shortener->full = malloc(capacity * sizeof *shortener->full);
-  shortener->sign = malloc(capacity * sizeof *shortener->sign);
+  shortener->needed = malloc(capacity * sizeof *shortener->needed);
+  shortener->demands = malloc(capacity * sizeof *shortener->demands);
   shortener->renamed = malloc(capacity * sizeof *shortener->renamed);
   uint32_t *entries = malloc((size_t)capacity * ZS_LANES * sizeof *entries);
   for (unsigned l = 0; entries && l < ZS_LANES; l++)
     shortener->entries[l] = entries + (size_t)l * capacity;
-  return shortener->full && shortener->sign && shortener->renamed && entries;
+  return shortener->needed && shortener->demands && shortener->renamed && entries;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
 {
-  free(shortener->full);
-  free(shortener->sign);
+  free(shortener->needed);
+  free(shortener->demands);
   free(shortener->renamed);
   free(shortener->entries[0]);
 }
@@ -36,21 +37,19 @@ static void push(zs_shortener *shortener, unsigned lanes, uint32_t entry)
   }
 }
 
-/* Hand an instruction's demand on to the inputs that stand in for it in some
- * lanes.  Returns the lanes in which it is replaced. */
+/* Hand an instruction's lanes on to the inputs that stand in for it in some of
+ * them.  Returns the lanes in which it is replaced. */
 static unsigned replace(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
-                        const zs_choice *choice)
+                        const zs_choice *choice, bool sign)
 {
-  const unsigned full = shortener->full[index], sign = shortener->sign[index] & ~full;
-  unsigned replaced = 0;
+  unsigned needed = shortener->needed[index], replaced = 0;
   for (unsigned k = 0; k < instruction->operation->arity; k++) {
-    unsigned copies = choice->copy[k] & ~replaced;
-    unsigned lanes = (copies & full) | ((copies | (choice->sign[k] & ~replaced)) & sign);
+    unsigned lanes = (choice->copy[k] | (sign ? choice->sign[k] : 0u)) & needed;
     if (!lanes)
       continue;
+    needed &= ~lanes;
     replaced |= lanes;
-    shortener->full[instruction->in[k]] |= (uint16_t)(lanes & full);
-    shortener->sign[instruction->in[k]] |= (uint16_t)(lanes & sign);
+    shortener->needed[instruction->in[k]] |= (uint16_t)lanes;
     push(shortener, lanes, index << 2 | k);
   }
   return replaced;
@@ -59,31 +58,28 @@ static unsigned replace(zs_shortener *shortener, const zs_instruction *instructi
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
                        const zs_choice *choices, unsigned lanes, zs_request request)
 {
-  uint16_t *full = shortener->full, *sign = shortener->sign;
-  memset(full, 0, count * sizeof *full);
-  memset(sign, 0, count * sizeof *sign);
+  uint16_t *needed = shortener->needed;
+  const bool sign = request == ZS_REQUEST_SIGN;
+  memset(needed, 0, count * sizeof *needed);
   for (unsigned l = 0; l < ZS_LANES; l++) {
     shortener->count[l] = 0;
     shortener->kept[l] = ZS_COORDINATES;
     shortener->hash[l] = 0;
   }
-  (request == ZS_REQUEST_SIGN ? sign : full)[count - 1] = (uint16_t)lanes;
+  needed[count - 1] = (uint16_t)lanes;
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
-    unsigned needed = full[i] | sign[i];
-    if (!needed)
+    unsigned kept = needed[i];
+    if (!kept)
       continue;
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
     if (choices && operation->choice)
-      needed &= ~replace(shortener, instruction, i, &choices[instruction->choice]);
-    if (!needed)
+      kept &= ~replace(shortener, instruction, i, &choices[instruction->choice], sign);
+    if (!kept)
       continue;
-    push(shortener, needed, i << 2 | ZS_KEPT);
-    unsigned by_sign = operation->sign_transparent ? needed & ~(unsigned)full[i] : 0;
-    for (unsigned k = 0; k < operation->arity; k++) {
-      full[instruction->in[k]] |= (uint16_t)(needed & ~by_sign);
-      sign[instruction->in[k]] |= (uint16_t)by_sign;
-    }
+    push(shortener, kept, i << 2 | ZS_KEPT);
+    for (unsigned k = 0; k < operation->arity; k++)
+      needed[instruction->in[k]] |= (uint16_t)kept;
   }
 }
 
@@ -131,6 +127,43 @@ static uint32_t assign_registers(const zs_instruction *instructions, uint32_t co
   return used;
 }
 
+static bool same_operation(const zs_instruction *a, const zs_instruction *b)
+{
+  return a->operation == b->operation &&
+         (a->data == b->data ||
+          (a->operation->data_size && !memcmp(a->data, b->data, a->operation->data_size)));
+}
+
+static void raise_demand(zs_demand *demand, zs_demand by)
+{
+  demand->below = by.below > demand->below ? by.below : demand->below;
+  demand->above = by.above > demand->above ? by.above : demand->above;
+}
+
+/* Where each value matters for the sign of the result, from those that use it.
+ * Along a chain of the same operation the demand does not grow: what an operand
+ * has to be away from the surface to be without influence, it is away from there
+ * at every link. */
+static void find_demands(const zs_instruction *instructions, uint32_t count, zs_demand *demands)
+{
+  const zs_demand nowhere = {-INFINITY, -INFINITY}, everywhere = {INFINITY, INFINITY};
+  for (uint32_t i = 0; i < count; i++)
+    demands[i] = nowhere;
+  demands[count - 1] = (zs_demand){0, 0};
+  for (uint32_t i = count; i-- > ZS_COORDINATES;) {
+    const zs_instruction *instruction = &instructions[i];
+    const zs_operation *operation = instruction->operation;
+    const zs_demand inputs =
+      operation->demand ? operation->demand(instruction->data, demands[i]) : everywhere;
+    for (unsigned k = 0; k < operation->arity; k++) {
+      const uint32_t in = instruction->in[k];
+      const bool chained = operation->demand && operation->arity > 1 &&
+                           same_operation(instruction, &instructions[in]);
+      raise_demand(&demands[in], chained ? demands[i] : inputs);
+    }
+  }
+}
+
 const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instruction *instructions,
                                     unsigned lane, zs_request request,
                                     const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
@@ -172,6 +205,16 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
   }
   program->instructions = out;
   program->count = count;
+  if (program->choice_count) {
+    zs_demand *demands = zs_arena_reserve(arena, program->choice_count, sizeof *demands);
+    if (!demands)
+      return NULL;
+    find_demands(out, count, shortener->demands);
+    for (uint32_t i = ZS_COORDINATES; i < count; i++)
+      if (out[i].operation->choice)
+        demands[out[i].choice] = shortener->demands[i];
+    program->demands = demands;
+  }
   /* The names are not needed any more: their room serves the registers. */
   program->register_count = assign_registers(out, count, registers, renamed);
   program->registers = registers;

@@ -21,6 +21,7 @@ enum { ZS_COORDINATES = 3 };
 typedef struct zs_program {
   const zs_instruction *instructions; /* the last one is the result */
   const uint32_t *registers;          /* the register each one writes */
+  const zs_demand *demands;           /* of instructions with a choice, by ordinal */
   uint32_t count, register_count, choice_count, regional_count;
   zs_request request;
 } zs_program;

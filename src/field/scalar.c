@@ -1,5 +1,7 @@
 #include "field/scalar.h"
 
+#include <math.h>
+
 /* The double-precision definitions, one per function and form, since a
  * reference does not know its own operation. */
 #define BINARY_REFERENCES(NAME) \
@@ -58,12 +60,91 @@ static const kernel_list linear_root_kernels = TABLES(zs_linear_root_kernels, );
 static const kernel_list linear_registers_kernels = TABLES(zs_linear_registers_kernels, );
 static const kernel_list constant_kernels = TABLES(zs_constant_kernels, );
 
+/* ---- Where operands matter -------------------------------------------------- */
+
+static zs_demand demand_everywhere(void)
+{
+  return (zs_demand){INFINITY, INFINITY};
+}
+
+/* A little more, for what rounding moves by. */
+static zs_demand widened(double below, double above, double size)
+{
+  const double slack = 1e-5 * size;
+  return (zs_demand){(float)(below + slack), (float)(above + slack)};
+}
+
+static zs_demand extremum_demand(const void *data, zs_demand result)
+{
+  (void)data;
+  return result;
+}
+
+static zs_demand negate_demand(const void *data, zs_demand result)
+{
+  (void)data;
+  return (zs_demand){result.above, result.below};
+}
+
+/* The absolute value tells neither side from the other. */
+static zs_demand absolute_demand(const void *data, zs_demand result)
+{
+  (void)data;
+  const float reach = result.above > 0 ? result.above : 0;
+  return (zs_demand){reach, reach};
+}
+
+/* a + c */
+static zs_demand shifted_demand(double c, zs_demand result)
+{
+  return widened(result.below + c, result.above - c,
+                 fabs(c) + fabs((double)result.below) + fabs((double)result.above));
+}
+
+static zs_demand add_demand(const void *data, zs_demand result)
+{
+  return shifted_demand(*(const double *)data, result);
+}
+
+static zs_demand subtract_demand(const void *data, zs_demand result)
+{
+  return shifted_demand(-*(const double *)data, result);
+}
+
+/* c - a */
+static zs_demand subtract_from_demand(const void *data, zs_demand result)
+{
+  return shifted_demand(-*(const double *)data, negate_demand(NULL, result));
+}
+
+/* c a */
+static zs_demand scaled_demand(double c, zs_demand result)
+{
+  /* Products far below single precision lose their sign. */
+  if (!(fabs(c) > 1e-6 && fabs(c) < 1e6))
+    return demand_everywhere();
+  if (c < 0)
+    result = negate_demand(NULL, result);
+  const double below = result.below / fabs(c), above = result.above / fabs(c);
+  return widened(below, above, fabs(below) + fabs(above));
+}
+
+static zs_demand multiply_demand(const void *data, zs_demand result)
+{
+  return scaled_demand(*(const double *)data, result);
+}
+
+static zs_demand divide_demand(const void *data, zs_demand result)
+{
+  return scaled_demand(1 / *(const double *)data, result);
+}
+
 #define EXTREMUM(NAME) ((ZS_FUNCTION_##NAME == ZS_FUNCTION_MINIMUM) || \
                         (ZS_FUNCTION_##NAME == ZS_FUNCTION_MAXIMUM))
 
 #define BINARY_OPERATIONS(NAME) \
   [ZS_FUNCTION_##NAME] = { \
-    {.name = #NAME, .arity = 2, .choice = EXTREMUM(NAME), .sign_transparent = EXTREMUM(NAME), \
+    {.name = #NAME, .arity = 2, .choice = EXTREMUM(NAME), \
      .kernels = kernels[ZS_FUNCTION_##NAME][0], .reference = NAME##_0}, \
     {.name = #NAME " .c", .arity = 1, .choice = EXTREMUM(NAME), .data_size = sizeof(double), \
      .kernels = kernels[ZS_FUNCTION_##NAME][1], .reference = NAME##_1}, \
@@ -72,14 +153,29 @@ static const kernel_list constant_kernels = TABLES(zs_constant_kernels, );
 
 #define UNARY_OPERATION(NAME) \
   [ZS_FUNCTION_##NAME] = {{.name = #NAME, .arity = 1, \
-                           .sign_transparent = ZS_FUNCTION_##NAME == ZS_FUNCTION_NEGATE, \
                            .kernels = kernels[ZS_FUNCTION_##NAME][0], .reference = NAME##_0}},
+
+#define EXTREMUM_DEMANDS(NAME) \
+  [ZS_FUNCTION_##NAME][ZS_FORM_REGISTERS].demand = extremum_demand, \
+  [ZS_FUNCTION_##NAME][ZS_FORM_CONSTANT_RIGHT].demand = extremum_demand, \
+  [ZS_FUNCTION_##NAME][ZS_FORM_CONSTANT_LEFT].demand = extremum_demand,
 
 static const zs_operation operations[ZS_FUNCTION_COUNT][ZS_FORM_COUNT] = {
   BINARY(BINARY_OPERATIONS)
   UNARY(UNARY_OPERATION)
   [ZS_FUNCTION_SELECT] = {{.name = "SELECT", .arity = 3, .choice = true,
                            .kernels = kernels[ZS_FUNCTION_SELECT][0], .reference = SELECT_0}},
+  [ZS_FUNCTION_NEGATE][0].demand = negate_demand,
+  [ZS_FUNCTION_ABSOLUTE][0].demand = absolute_demand,
+  [ZS_FUNCTION_ADD][ZS_FORM_CONSTANT_RIGHT].demand = add_demand,
+  [ZS_FUNCTION_ADD][ZS_FORM_CONSTANT_LEFT].demand = add_demand,
+  [ZS_FUNCTION_SUBTRACT][ZS_FORM_CONSTANT_RIGHT].demand = subtract_demand,
+  [ZS_FUNCTION_SUBTRACT][ZS_FORM_CONSTANT_LEFT].demand = subtract_from_demand,
+  [ZS_FUNCTION_MULTIPLY][ZS_FORM_CONSTANT_RIGHT].demand = multiply_demand,
+  [ZS_FUNCTION_MULTIPLY][ZS_FORM_CONSTANT_LEFT].demand = multiply_demand,
+  [ZS_FUNCTION_DIVIDE][ZS_FORM_CONSTANT_RIGHT].demand = divide_demand,
+  EXTREMUM_DEMANDS(MINIMUM)
+  EXTREMUM_DEMANDS(MAXIMUM)
 };
 
 const zs_operation *zs_scalar_operation(zs_function function, zs_form form)

@@ -441,17 +441,20 @@ BINARY_BOUNDS(BINARY_BOUNDS_KERNELS)
   }
 UNARY_BOUNDS(UNARY_BOUNDS_KERNELS)
 
-/* Minimum and maximum of operands in registers: what can be dropped is what
- * always loses, or whose sign always loses. */
+/* Minimum and maximum of operands in registers.  An operand can be dropped where
+ * it always loses, where it loses when it matters, and where the other one is
+ * beyond what matters by itself. */
 static inline void extremum(const zs_bounds_arguments *x, bool maximum)
 {
   const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]);
-  const zs_lanes zero = zs_lanes_all(0);
+  const zs_lanes below = zs_lanes_all(-x->demand.below), above = zs_lanes_all(x->demand.above);
   const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
   x->choice->copy[0] = zs_lanes_bits(both & (maximum ? b.hi < a.lo : a.hi < b.lo));
   x->choice->copy[1] = zs_lanes_bits(both & (maximum ? a.hi < b.lo : b.hi < a.lo));
-  x->choice->sign[0] = zs_lanes_bits(both & (maximum ? b.hi < zero : b.lo > zero));
-  x->choice->sign[1] = zs_lanes_bits(both & (maximum ? a.hi < zero : a.lo > zero));
+  x->choice->sign[0] = zs_lanes_bits(
+    both & (maximum ? (b.hi < below) | (a.lo > above) : (b.lo > above) | (a.hi < below)));
+  x->choice->sign[1] = zs_lanes_bits(
+    both & (maximum ? (a.hi < below) | (b.lo > above) : (a.lo > above) | (b.hi < below)));
   zs_intervals_store(x->out,
                      maximum ? zs_intervals_maximum(a, b) : zs_intervals_minimum(a, b));
 }
@@ -470,8 +473,10 @@ static void maximum_bounds(const zs_bounds_arguments *x)
 static inline void extremum_constant(const zs_bounds_arguments *x, bool maximum)
 {
   const zs_intervals a = zs_intervals_load(x->in[0]), c = constant_intervals(x->data);
-  x->choice->copy[0] =
-    zs_lanes_bits(zs_intervals_known(a) & (maximum ? c.hi < a.lo : a.hi < c.lo));
+  const uint16_t known = zs_lanes_bits(zs_intervals_known(a));
+  x->choice->copy[0] = known & zs_lanes_bits(maximum ? c.hi < a.lo : a.hi < c.lo);
+  const bool idle = maximum ? c.hi[0] < -x->demand.below : c.lo[0] > x->demand.above;
+  x->choice->sign[0] = idle ? known : 0;
   zs_intervals_store(x->out,
                      maximum ? zs_intervals_maximum(a, c) : zs_intervals_minimum(a, c));
 }
