@@ -86,33 +86,42 @@ static void collect(search *s, const zs_program *program, const double lo[3], co
   zs_arena_rewind(&s->arena, mark);
 }
 
-/* The two halves of a box across each axis: half 2k below, 2k + 1 above. */
+/* The two halves of a box across each axis: half 2k below, 2k + 1 above.  The
+ * lane behind them has all of the box. */
 enum { HALVES = 6 };
 
 typedef struct halves {
   double lo[HALVES][3], hi[HALVES][3];
   float upper[HALVES]; /* bounds of f from above, INFINITY where unknown */
+  bool inside;         /* f >= 0 all over one of them */
 } halves;
 
-static void bound_halves(search *s, const double lo[3], const double hi[3], zs_boxes *scratch,
-                         halves *out)
+static void bound_halves(search *s, const zs_program *program, const double lo[3],
+                         const double hi[3], zs_boxes *scratch, halves *out)
 {
   zs_frame frame = zs_frame_at(NULL);
   zs_bounds f;
   for (int k = 0; k < 3; k++)
     frame.origin[k] = (lo[k] + hi[k]) / 2;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    unsigned half = l % HALVES;
-    for (unsigned k = 0; k < 3; k++) {
+  for (unsigned k = 0; k < 3; k++) {
+    const float least = nextafterf((float)(lo[k] - frame.origin[k]), -INFINITY);
+    const float most = nextafterf((float)(hi[k] - frame.origin[k]), INFINITY);
+    const float below = nextafterf(0, -INFINITY), above = nextafterf(0, INFINITY);
+    for (unsigned l = 0; l < ZS_LANES; l++) {
+      scratch->axis[k].lo[l] = l == 2 * k + 1 ? below : least;
+      scratch->axis[k].hi[l] = l == 2 * k ? above : most;
+    }
+    for (unsigned half = 0; half < HALVES; half++) {
       out->lo[half][k] = half == 2 * k + 1 ? frame.origin[k] : lo[k];
       out->hi[half][k] = half == 2 * k ? frame.origin[k] : hi[k];
-      scratch->axis[k].lo[l] = nextafterf((float)(out->lo[half][k] - frame.origin[k]), -INFINITY);
-      scratch->axis[k].hi[l] = nextafterf((float)(out->hi[half][k] - frame.origin[k]), INFINITY);
     }
   }
-  zs_program_bounds(s->eval, zs_field_program(zs_eval_field(s->eval)), &frame, scratch, &f);
-  for (unsigned half = 0; half < HALVES; half++)
+  zs_program_bounds(s->eval, program, &frame, scratch, &f);
+  out->inside = false;
+  for (unsigned half = 0; half < HALVES; half++) {
     out->upper[half] = isnan(f.hi[half]) ? INFINITY : f.hi[half];
+    out->inside = out->inside || f.lo[half] >= 0;
+  }
 }
 
 /* The axis across which halving a box proves the most. */
@@ -138,20 +147,26 @@ static unsigned best_axis(const halves *h, int depth)
 /* Whether f < 0 is proven over a box by halving it where that helps.  Far from
  * a twisted rod only slices thin along its axis prove anything, which an
  * octree would take too long to reach. */
-static bool far_outside(search *s, const double lo[3], const double hi[3], int depth,
-                        zs_boxes *scratch)
+static bool far_outside(search *s, const zs_program *program, const double lo[3],
+                        const double hi[3], int depth, zs_boxes *scratch)
 {
   halves h;
   if (s->budget == 0)
     return false;
   s->budget--;
-  bound_halves(s, lo, hi, scratch, &h);
-  unsigned axis = best_axis(&h, depth);
-  for (unsigned half = 2 * axis; half < 2 * axis + 2; half++)
-    if (h.upper[half] >= 0 &&
-        (depth == 0 || !far_outside(s, h.lo[half], h.hi[half], depth - 1, scratch)))
-      return false;
-  return true;
+  bound_halves(s, program, lo, hi, scratch, &h);
+  if (h.inside)
+    return false;
+  const unsigned axis = best_axis(&h, depth);
+  const zs_arena_mark mark = zs_arena_mark_here(&s->arena);
+  bool outside = true;
+  if (h.upper[2 * axis] >= 0 || h.upper[2 * axis + 1] >= 0)
+    program = zs_program_restrict(s->eval, program, HALVES, ZS_REQUEST_SIGN, &s->arena);
+  for (unsigned half = 2 * axis; half < 2 * axis + 2 && outside; half++)
+    outside = !(h.upper[half] >= 0) ||
+              (depth > 0 && far_outside(s, program, h.lo[half], h.hi[half], depth - 1, scratch));
+  zs_arena_rewind(&s->arena, mark);
+  return outside;
 }
 
 /* Whether f < 0 everywhere between the cubes of half sides r and 2r: boxes of
@@ -175,10 +190,64 @@ static bool shell_outside(search *s, double r)
   zs_eval_bounds(s->eval, SHELL_BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
   s->budget = SHELL_BUDGET;
   zs_boxes scratch;
+  const zs_program *program = zs_field_program(zs_eval_field(s->eval));
   for (unsigned i = 0; i < SHELL_BOXES; i++)
-    if (!(f_hi[i] < 0) && !far_outside(s, lo[i], hi[i], SHELL_DEPTH, &scratch))
+    if (!(f_hi[i] < 0) && !far_outside(s, program, lo[i], hi[i], SHELL_DEPTH, &scratch))
       return false;
   return true;
+}
+
+/* Whether f < 0 is proven at once everywhere between two cubes of half sides
+ * 2^inner and 2^outer: in a slab beyond each face of the inner one. */
+static bool slabs_outside(search *s, int inner, int outer)
+{
+  const zs_frame frame = zs_frame_at(NULL);
+  const float near = nextafterf(ldexpf(1, inner), 0), far = ldexpf(1, outer);
+  zs_boxes slabs;
+  zs_bounds f;
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    for (unsigned k = 0; k < 3; k++) {
+      const unsigned slab = l % HALVES;
+      slabs.axis[k].lo[l] = slab == 2 * k + 1 ? near : -far;
+      slabs.axis[k].hi[l] = slab == 2 * k ? -near : far;
+    }
+  zs_program_bounds(s->eval, zs_field_program(zs_eval_field(s->eval)), &frame, &slabs, &f);
+  for (unsigned l = 0; l < HALVES; l++)
+    if (!(f.hi[l] < 0))
+      return false;
+  return true;
+}
+
+/* The smallest cube for which slabs prove that f < 0 between it and the one of
+ * half side 2^outer, as the exponent of its own half side. */
+static int shrink(search *s, int outer)
+{
+  int proven = outer, refused = SMALLEST - 1;
+  while (proven - refused > 1) {
+    const int middle = (int)floor((proven + refused) / 2.0);
+    if (slabs_outside(s, middle, outer))
+      proven = middle;
+    else
+      refused = middle;
+  }
+  return proven;
+}
+
+/* Half the side of a cube outside of which f < 0, or INFINITY.  A few slabs prove
+ * what many shells would, but for rounding errors of their large numbers: they
+ * are tried again from where they have led.  Shells prove what they cannot. */
+static double find_cube(search *s)
+{
+  int proven = LARGEST, before;
+  if (!slabs_outside(s, LARGEST, LARGEST + 1) && !shell_outside(s, ldexp(1, LARGEST)))
+    return INFINITY;
+  do {
+    before = proven;
+    proven = shrink(s, before);
+  } while (proven < before);
+  while (proven > SMALLEST && shell_outside(s, ldexp(1, proven - 1)))
+    proven--;
+  return ldexp(1, proven);
 }
 
 /* Shrink a box to what an octree cannot prove empty.  False when all of it is
@@ -214,11 +283,9 @@ static bool fail_empty(zs_diag *diag)
 
 static bool find(search *s, double lo[3], double hi[3], zs_diag *diag)
 {
-  double r = ldexp(1, LARGEST);
-  if (!shell_outside(s, r))
+  const double r = find_cube(s);
+  if (isinf(r))
     return fail_unbounded(diag);
-  while (r > ldexp(1, SMALLEST) && shell_outside(s, r / 2))
-    r /= 2;
   for (int k = 0; k < 3; k++) {
     lo[k] = -r;
     hi[k] = r;

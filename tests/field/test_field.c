@@ -487,7 +487,7 @@ static zs_field *ball(const double centre[3], double radius)
 static void boxes_hold_the_solid_tightly(void **state)
 {
   (void)state;
-  const double radii[] = {1e-4, 1, 300, 1e5};
+  const double radii[] = {1e-8, 1e-4, 1, 300, 1e5, 1e8};
   for (size_t i = 0; i < sizeof radii / sizeof *radii; i++) {
     double r = radii[i], centre[3] = {3 * r, -7 * r, 0.3 * r}, lo[3], hi[3];
     zs_field *field = ball(centre, r);
