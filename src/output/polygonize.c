@@ -167,11 +167,11 @@ static bool fail_empty(const zs_polygonize_job *job)
 }
 
 /* Count vertices and triangles by brick, and number them. */
-static bool number(zs_polygonize_job *job, const zs_contour_table *table)
+static bool number(zs_polygonize_job *job)
 {
 #pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
   for (size_t i = 0; i < job->active_count; i++)
-    zs_polygonize_count(job, table, job->active[i]);
+    zs_polygonize_count(job, job->active[i]);
   for (size_t i = 0; i < job->active_count; i++) {
     zs_brick *brick = job->active[i];
     brick->first_vertex = job->vertex_count;
@@ -267,18 +267,17 @@ static bool mend_normals(zs_mesh *mesh)
 
 static bool run(zs_polygonize_job *job, double *evaluated)
 {
-  zs_contour_table table;
-  zs_contour_table_make(&table);
-  if (!allocate(job) || !zs_polygonize_sample(job) || !number(job, &table))
+  zs_contour_table_make(&job->cases);
+  if (!allocate(job) || !zs_polygonize_sample(job) || !number(job))
     return false;
   job->mesh = zs_mesh_new(job->vertex_count, job->triangle_count, job->normals || job->creases,
                           job->diag);
   if (!job->mesh || !zs_polygonize_vertices(job))
     return false;
-  if (job->creases && !zs_polygonize_creases(job, &table))
+  if (job->creases && !zs_polygonize_creases(job))
     return false;
   *evaluated = zs_seconds();
-  if (!zs_polygonize_triangles(job, &table))
+  if (!zs_polygonize_triangles(job))
     return false;
   if (!job->normals) {
     free(job->mesh->normals);

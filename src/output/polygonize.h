@@ -86,6 +86,7 @@ typedef struct zs_polygonize_job {
   unsigned threads;
   double tolerance;  /* of vertices, in scene units */
   double apart;      /* least distance of a vertex from the ends of its edge */
+  zs_contour_table cases;
   double lo[3], cell[3];
   uint32_t corners[3]; /* of the lattice, pads included */
   uint32_t bricks[3];
@@ -219,14 +220,13 @@ bool zs_polygonize_each(zs_polygonize_job *job, const char *stage, double from, 
 bool zs_polygonize_sample(zs_polygonize_job *job);
 
 /* Find the edges with vertices and count the triangles. */
-void zs_polygonize_count(const zs_polygonize_job *job, const zs_contour_table *table,
-                         zs_brick *brick);
+void zs_polygonize_count(const zs_polygonize_job *job, zs_brick *brick);
 
 /* Find vertices and normals.  False after reporting. */
 bool zs_polygonize_vertices(zs_polygonize_job *job);
 
 /* Find vertices on sharp edges and corners.  False after reporting. */
-bool zs_polygonize_creases(zs_polygonize_job *job, const zs_contour_table *table);
+bool zs_polygonize_creases(zs_polygonize_job *job);
 
 /* Give up creases at the place of another vertex.  False after reporting. */
 bool zs_polygonize_distinct(zs_polygonize_job *job);
@@ -244,6 +244,6 @@ bool zs_crease_find(const zs_polygonize_job *job, const zs_brick *brick, const i
 bool zs_crease_between(const float a[3], const float b[3]);
 
 /* Write the triangles.  False after reporting. */
-bool zs_polygonize_triangles(zs_polygonize_job *job, const zs_contour_table *table);
+bool zs_polygonize_triangles(zs_polygonize_job *job);
 
 #endif

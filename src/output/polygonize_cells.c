@@ -108,8 +108,7 @@ void zs_brick_find_cells(const zs_polygonize_job *job, const zs_brick *brick,
       (uint16_t)zs_brick_active_cells(job, brick, rows, row % ZS_BRICK, row / ZS_BRICK);
 }
 
-void zs_polygonize_count(const zs_polygonize_job *job, const zs_contour_table *table,
-                         zs_brick *brick)
+void zs_polygonize_count(const zs_polygonize_job *job, zs_brick *brick)
 {
   const zs_row_kernels *kernels = zs_row_kernels_of(zs_eval_isa(job->workers[0].eval));
   zs_brick_rows rows;
@@ -126,7 +125,7 @@ void zs_polygonize_count(const zs_polygonize_job *job, const zs_contour_table *t
       unsigned inside = zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows,
                                            (unsigned)__builtin_ctz(bits), row % ZS_BRICK,
                                            row / ZS_BRICK);
-      brick->triangle_count += table->cases[inside].triangle_count;
+      brick->triangle_count += job->cases.cases[inside].triangle_count;
     }
 }
 
@@ -367,7 +366,7 @@ static void write_plain(writing *w, unsigned inside, unsigned count, const uint3
     put(w, numbers[corner[i]], numbers[corner[i + 1]], numbers[corner[i + 2]]);
 }
 
-static void write_triangles(writing *w, const zs_contour_table *table, zs_edge_numbers numbers)
+static void write_triangles(writing *w, zs_edge_numbers numbers)
 {
   const zs_brick *brick = w->brick;
   zs_brick_rows rows;
@@ -382,7 +381,7 @@ static void write_triangles(writing *w, const zs_contour_table *table, zs_edge_n
     for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
       const unsigned x = (unsigned)__builtin_ctz(bits), y = row % ZS_BRICK, z = row / ZS_BRICK;
       const unsigned inside = zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows, x, y, z);
-      const zs_cell_case *cell = &table->cases[inside];
+      const zs_cell_case *cell = &w->job->cases.cases[inside];
       const uint32_t first = crease;
       while (crease < brick->crease_count && brick->creases[crease].cell == row * ZS_BRICK + x)
         crease++;
@@ -393,7 +392,7 @@ static void write_triangles(writing *w, const zs_contour_table *table, zs_edge_n
     }
 }
 
-bool zs_polygonize_triangles(zs_polygonize_job *job, const zs_contour_table *table)
+bool zs_polygonize_triangles(zs_polygonize_job *job)
 {
   writing shared = {.job = job};
   uint16_t corners[ZS_CELL_CASES][3 * ZS_CELL_TRIANGLES];
@@ -402,14 +401,14 @@ bool zs_polygonize_triangles(zs_polygonize_job *job, const zs_contour_table *tab
     return zs_fail_memory(job->diag);
   zs_cell_edge_offsets(shared.offsets);
   for (unsigned c = 0; c < ZS_CELL_CASES; c++)
-    for (unsigned i = 0; i < 3u * table->cases[c].triangle_count; i++)
-      corners[c][i] = (uint16_t)shared.offsets[table->cases[c].triangles[i]];
+    for (unsigned i = 0; i < 3u * job->cases.cases[c].triangle_count; i++)
+      corners[c][i] = (uint16_t)shared.offsets[job->cases.cases[c].triangles[i]];
   shared.corners = (const uint16_t(*)[3 * ZS_CELL_TRIANGLES])corners;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
   for (size_t i = 0; i < job->active_count; i++) {
     writing w = shared;
     w.brick = job->active[i];
-    write_triangles(&w, table, scratch[zs_polygonize_thread()]);
+    write_triangles(&w, scratch[zs_polygonize_thread()]);
   }
   free(scratch);
   return true;

@@ -26,11 +26,47 @@ static const float NEAR = 0.15f;
 
 enum { LONGEST_LOOP = 7, MOST_CREASES = ZS_BRICK_CORNERS * ZS_CELL_LOOPS };
 
+/* The spaces that creases may take, by axis and place of their cell, in the
+ * brick's frame: their own cell, a little off its sides, or the cells around it
+ * too; within the grid, a little off its faces. */
+typedef struct space {
+  float lo[3][ZS_BRICK], hi[3][ZS_BRICK];
+} space;
+
+/* One thread's working data. */
 typedef struct finder {
   zs_edge_numbers numbers;
   zs_crease found[MOST_CREASES];
   uint32_t count;
+  uint8_t holder[MOST_CREASES]; /* see holder_of */
+  space own, around;
+  /* A block that is being settled. */
+  zs_roots roots;
+  zs_crease *crease[ZS_BLOCK];
+  unsigned block;
+  _Alignas(64) float at[3][ZS_BLOCK];
+  _Alignas(64) float f[2][ZS_BLOCK]; /* at the place found, and at the far end */
+  float ends[2][3][ZS_BLOCK];        /* those places */
+  uint16_t of_line[ZS_BLOCK];        /* the crease of each line */
 } finder;
+
+/* What one brick's creases are found with. */
+typedef struct finding {
+  const zs_polygonize_job *job;
+  zs_polygonize_worker *worker;
+  const zs_brick *brick;
+  zs_frame frame;
+} finding;
+
+static float smaller(float a, float b)
+{
+  return a < b ? a : b;
+}
+
+static float larger(float a, float b)
+{
+  return a > b ? a : b;
+}
 
 bool zs_crease_between(const float a[3], const float b[3])
 {
@@ -46,7 +82,8 @@ static bool meet(unsigned n, float points[][3], const float *const normals[], fl
                  float normal[3])
 {
   double mean[3] = {0}, solution[2][3];
-  zs_quadric planes = {{{0}}, {0}}, away = planes;
+  zs_quadric planes = {{{0}}, {0}};
+  double values[2][3] = {{0}};
   for (unsigned i = 0; i < n; i++)
     for (int k = 0; k < 3; k++)
       mean[k] += (double)points[i][k] / n;
@@ -55,14 +92,14 @@ static bool meet(unsigned n, float points[][3], const float *const normals[], fl
     for (int k = 0; k < 3; k++)
       distance += normals[i][k] * (points[i][k] - mean[k]);
     zs_quadric_add(&planes, normals[i], distance);
-    zs_quadric_add(&away, normals[i], 1);
+    for (int k = 0; k < 3; k++)
+      values[1][k] += normals[i][k];
   }
-  double values[2][3];
   memcpy(values[0], planes.b, sizeof planes.b);
-  memcpy(values[1], away.b, sizeof away.b);
   zs_quadric_solve((const double(*)[3])planes.a, (const double(*)[3])values, solution);
   const double *direction = solution[1];
-  double length = hypot(hypot(direction[0], direction[1]), direction[2]);
+  double length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] +
+                       direction[2] * direction[2]);
   for (int k = 0; k < 3; k++) {
     place[k] = (float)(mean[k] + solution[0][k]);
     normal[k] = (float)(direction[k] / length);
@@ -73,44 +110,66 @@ static bool meet(unsigned n, float points[][3], const float *const normals[], fl
 
 /* ---- Finding -------------------------------------------------------------------------- */
 
-/* The space that a crease may take, in the brick's frame: its own cell, a little
- * off its sides, or the cells around it too; within the grid, a little off its
- * faces. */
-static void space_of(const zs_polygonize_job *job, const zs_brick *brick, unsigned cell,
-                     bool around, float lo[3], float hi[3])
+static void fill_space(const finding *s, double margin, double more, space *space)
 {
-  const unsigned at[3] = {cell % ZS_BRICK, cell / ZS_BRICK % ZS_BRICK, cell / ZS_BRICK_ROWS};
-  const zs_frame frame = zs_brick_frame(job, brick);
   for (int k = 0; k < 3; k++) {
-    double margin = fmin(job->apart, job->cell[k] / 4);
-    double from = zs_lattice_place(job, k, 0) + margin;
-    double to = zs_lattice_place(job, k, job->corners[k]) - margin;
-    double corner = frame.origin[k] + job->cell[k] * ((double)at[k] - ZS_BRICK / 2);
-    double more = around ? job->cell[k] : -margin;
-    lo[k] = (float)(fmax(corner - more, from) - frame.origin[k]);
-    hi[k] = (float)(fmin(corner + job->cell[k] + more, to) - frame.origin[k]);
+    const double cell = s->job->cell[k], origin = s->frame.origin[k];
+    const double from = zs_lattice_place(s->job, k, 0) + margin;
+    const double to = zs_lattice_place(s->job, k, s->job->corners[k]) - margin;
+    for (int i = 0; i < ZS_BRICK; i++) {
+      double corner = origin + cell * (i - ZS_BRICK / 2);
+      space->lo[k][i] = (float)(fmax(corner - more * cell, from) - origin);
+      space->hi[k][i] = (float)(fmin(corner + cell + more * cell, to) - origin);
+    }
+  }
+}
+
+static void fill_spaces(const finding *s)
+{
+  finder *w = s->worker->scratch;
+  const double *cell = s->job->cell;
+  const double margin = fmin(s->job->apart, fmin(cell[0], fmin(cell[1], cell[2])) / 4);
+  fill_space(s, margin, 1, &w->around);
+  fill_space(s, margin, 0, &w->own);
+  for (int k = 0; k < 3; k++)
+    for (int i = 0; i < ZS_BRICK; i++) {
+      w->own.lo[k][i] += (float)margin;
+      w->own.hi[k][i] -= (float)margin;
+    }
+}
+
+static void space_of(const space *space, unsigned cell, float lo[3], float hi[3])
+{
+  for (int k = 0; k < 3; k++, cell /= ZS_BRICK) {
+    lo[k] = space->lo[k][cell % ZS_BRICK];
+    hi[k] = space->hi[k][cell % ZS_BRICK];
   }
 }
 
 static void clamp(float place[3], const float lo[3], const float hi[3])
 {
   for (int k = 0; k < 3; k++)
-    place[k] = fminf(fmaxf(place[k], lo[k]), hi[k]);
+    place[k] = smaller(larger(place[k], lo[k]), hi[k]);
+}
+
+/* Whether normals are all within half the angle of a sharp edge of one of them,
+ * and so within the angle of each other. */
+static inline bool are_alike(unsigned n, const float *normals, const uint32_t *numbers,
+                             const size_t *offsets, const uint8_t *loop)
+{
+  const float half = 0.9617692f; /* the root of (1 + SHARP) / 2 */
+  const float *const a = normals + 3 * (size_t)numbers[offsets[loop[0]]];
+  float least = 1;
+  for (unsigned i = 1; i < n; i++) {
+    const float *const b = normals + 3 * (size_t)numbers[offsets[loop[i]]];
+    least = smaller(a[0] * b[0] + a[1] * b[1] + a[2] * b[2], least);
+  }
+  return least > half;
 }
 
 /* Whether the normals of a loop disagree; false when one is missing. */
 static bool is_sharp(unsigned n, const float *const normals[])
 {
-  /* Normals within half the angle of one are within the angle of each other. */
-  const float half = sqrtf((1 + SHARP) / 2);
-  const float *const a = normals[0];
-  unsigned alike = 1;
-  for (unsigned i = 1; i < n; i++) {
-    const float *const b = normals[i];
-    alike += a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > half;
-  }
-  if (alike == n)
-    return false;
   bool sharp = false;
   for (unsigned i = 0; i < n; i++) {
     if (normals[i][0] == 0 && normals[i][1] == 0 && normals[i][2] == 0)
@@ -122,23 +181,22 @@ static bool is_sharp(unsigned n, const float *const normals[])
 }
 
 /* One loop of a cell: keep a crease if it is sharp. */
-static void visit_loop(const zs_polygonize_job *job, const zs_brick *brick, finder *w,
-                       unsigned cell, unsigned n, const uint8_t *loop,
+static void visit_loop(const finding *s, unsigned cell, unsigned n, const uint8_t *loop,
                        const uint32_t vertices[LONGEST_LOOP])
 {
+  const zs_mesh *mesh = s->job->mesh;
+  finder *w = s->worker->scratch;
   const float *normals[LONGEST_LOOP];
   for (unsigned i = 0; i < n; i++)
-    normals[i] = job->mesh->normals + 3 * (size_t)vertices[i];
+    normals[i] = mesh->normals + 3 * (size_t)vertices[i];
   if (!is_sharp(n, normals))
     return;
   zs_crease crease = {.cell = (uint16_t)cell};
-  const zs_frame frame = zs_brick_frame(job, brick);
   float points[LONGEST_LOOP][3];
   for (unsigned i = 0; i < n; i++) {
     crease.edges |= (uint16_t)(1u << loop[i]);
     for (unsigned k = 0; k < 3; k++)
-      points[i][k] =
-        (float)(job->mesh->positions[3 * (size_t)vertices[i] + k] - frame.origin[k]);
+      points[i][k] = (float)(mesh->positions[3 * (size_t)vertices[i] + k] - s->frame.origin[k]);
   }
   if (meet(n, points, normals, crease.place, crease.normal))
     w->found[w->count++] = crease;
@@ -171,48 +229,36 @@ static bool is_smooth(const zs_polygonize_job *job, const zs_brick *brick)
 }
 
 /* Creases of the cells of a brick; those outside the grid's faces have none. */
-static void find_creases(const zs_polygonize_job *job, const zs_contour_table *table,
-                         const zs_brick *brick, finder *w)
+static void find_creases(const finding *s, const zs_contour_table *table)
 {
+  const zs_brick *brick = s->brick;
+  finder *w = s->worker->scratch;
   size_t offsets[ZS_CELL_EDGES];
   zs_brick_rows rows;
   zs_row_bits cells;
-  w->count = 0;
-  if (is_smooth(job, brick))
-    return;
-  zs_brick_gather_signs(job, brick, rows);
-  zs_brick_find_cells(job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
-  zs_brick_number_edges(job, brick, w->numbers);
+  zs_brick_gather_signs(s->job, brick, rows);
+  zs_brick_find_cells(s->job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
+  zs_brick_number_edges(s->job, brick, w->numbers);
   zs_cell_edge_offsets(offsets);
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
       const unsigned x = (unsigned)__builtin_ctz(bits), y = row % ZS_BRICK, z = row / ZS_BRICK;
-      if (brick->at_face && zs_brick_is_pad_cell(job, brick, x, y, z))
+      if (brick->at_face && zs_brick_is_pad_cell(s->job, brick, x, y, z))
         continue;
+      const uint32_t *numbers = w->numbers + zs_reach_offset(x, y, z);
       const zs_cell_case *cell =
         &table->cases[zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows, x, y, z)];
       const uint8_t *loop = cell->loops;
       for (unsigned l = 0; l < cell->loop_count; loop += cell->loop_lengths[l++]) {
+        const unsigned n = cell->loop_lengths[l];
         uint32_t vertices[LONGEST_LOOP];
-        for (unsigned i = 0; i < cell->loop_lengths[l]; i++)
-          vertices[i] = w->numbers[zs_reach_offset(x, y, z) + offsets[loop[i]]];
-        visit_loop(job, brick, w, row * ZS_BRICK + x, cell->loop_lengths[l], loop, vertices);
+        if (are_alike(n, s->job->mesh->normals, numbers, offsets, loop))
+          continue;
+        for (unsigned i = 0; i < n; i++)
+          vertices[i] = numbers[offsets[loop[i]]];
+        visit_loop(s, row * ZS_BRICK + x, n, loop, vertices);
       }
     }
-}
-
-/* Keep what was found with the brick. */
-static void keep_creases(zs_polygonize_worker *worker, zs_brick *brick, const finder *w)
-{
-  if (!w->count)
-    return;
-  brick->creases = ZS_ARENA_NEW(&worker->arena, zs_crease, w->count);
-  if (!brick->creases) {
-    worker->out_of_memory = true;
-    return;
-  }
-  memcpy(brick->creases, w->found, w->count * sizeof *w->found);
-  brick->crease_count = w->count;
 }
 
 /* ---- Settling ----------------------------------------------------------------------------
@@ -224,23 +270,13 @@ static void keep_creases(zs_polygonize_worker *worker, zs_brick *brick, const fi
  * that cell has triangles of its own to fold over.  Else it settles in its own
  * cell, as close to the edge as it gets. */
 
-typedef struct settler {
-  zs_roots roots;
-  zs_crease *crease[ZS_BLOCK]; /* the block */
-  unsigned count;
-  _Alignas(64) float at[3][ZS_BLOCK];
-  _Alignas(64) float f[2][ZS_BLOCK]; /* at the place found, and at the far end */
-  float ends[2][3][ZS_BLOCK];        /* those places */
-  uint16_t of_line[ZS_BLOCK];        /* the crease of each line */
-} settler;
-
 /* How a block settles: with the program of the brick that holds the places, in
  * its frame. */
 typedef struct settling {
-  const zs_polygonize_job *job;
-  zs_polygonize_worker *worker;
-  const zs_brick *brick, *holder;
-  bool around; /* in the cells around, too */
+  const finding *finding;
+  const zs_brick *holder;
+  const space *space;
+  bool around;      /* in the cells around, too */
   zs_frame frame;   /* of the holder */
   float shift[3];   /* from the brick's frame to it */
   float lo[3], hi[3]; /* the holder, in the brick's frame */
@@ -250,7 +286,7 @@ typedef struct settling {
 /* Where a crease may settle. */
 static void room_of(const settling *s, const zs_crease *crease, float lo[3], float hi[3])
 {
-  space_of(s->job, s->brick, crease->cell, s->around, lo, hi);
+  space_of(s->space, crease->cell, lo, hi);
   clamp(lo, s->lo, s->hi);
   clamp(hi, s->lo, s->hi);
 }
@@ -264,19 +300,20 @@ static void far_end(const settling *s, const zs_crease *crease, bool inside, con
   for (int k = 0; k < 3; k++) {
     step[k] = inside ? crease->normal[k] : -crease->normal[k];
     if (step[k] != 0)
-      reach = fminf(reach, ((step[k] > 0 ? hi[k] : lo[k]) - from[k]) / step[k]);
+      reach = smaller(reach, ((step[k] > 0 ? hi[k] : lo[k]) - from[k]) / step[k]);
   }
   for (int k = 0; k < 3; k++)
-    end[k] = from[k] + fmaxf(reach, 0) * step[k];
+    end[k] = from[k] + larger(reach, 0) * step[k];
   clamp(end, lo, hi);
 }
 
 /* The ends of the block's lines, and f there. */
 static void look(const settling *s)
 {
-  settler *w = s->worker->scratch;
+  zs_polygonize_worker *worker = s->finding->worker;
+  finder *w = worker->scratch;
   for (int end = 0; end < 2; end++) {
-    for (unsigned i = 0; i < w->count; i++) {
+    for (unsigned i = 0; i < w->block; i++) {
       float lo[3], hi[3], from[3], place[3];
       room_of(s, w->crease[i], lo, hi);
       memcpy(from, w->crease[i]->place, sizeof from);
@@ -287,9 +324,9 @@ static void look(const settling *s)
       for (int k = 0; k < 3; k++)
         w->at[k][i] = w->ends[end][k][i] = place[k] + s->shift[k];
     }
-    zs_program_values(s->worker->eval, s->holder->program, &s->frame, w->count, w->at[0],
-                      w->at[1], w->at[2], w->f[end]);
-    s->worker->evaluations += w->count;
+    zs_program_values(worker->eval, s->holder->program, &s->frame, w->block, w->at[0], w->at[1],
+                      w->at[2], w->f[end]);
+    worker->evaluations += w->block;
   }
 }
 
@@ -326,20 +363,21 @@ static bool accept(const settling *s, const zs_crease *crease, const float place
   for (int k = 0; k < 3; k++) {
     float moved = place[k] - crease->place[k];
     square += moved * moved;
-    int local = local_cell(s->job, k, place[k]);
+    int local = local_cell(s->finding->job, k, place[k]);
     own = own && local == (crease->cell >> 4 * k & (ZS_BRICK - 1));
-    at[k] = (uint32_t)((int64_t)zs_lattice_index(s->brick, k, 0) + local);
+    at[k] = (uint32_t)((int64_t)zs_lattice_index(s->finding->brick, k, 0) + local);
   }
-  return square <= s->near * s->near && (own || !holds_surface(s->job, at));
+  return square <= s->near * s->near && (own || !holds_surface(s->finding->job, at));
 }
 
 /* Settle a block: creases with a sign change on their line move to it. */
 static void settle(const settling *s)
 {
-  settler *w = s->worker->scratch;
+  zs_polygonize_worker *worker = s->finding->worker;
+  finder *w = worker->scratch;
   look(s);
   w->roots.count = 0;
-  for (unsigned i = 0; i < w->count; i++) {
+  for (unsigned i = 0; i < w->block; i++) {
     float end[2][3];
     bool inside = w->f[0][i] >= 0;
     if (inside == (w->f[1][i] >= 0))
@@ -350,9 +388,8 @@ static void settle(const settling *s)
     w->of_line[w->roots.count] = (uint16_t)i;
     zs_roots_add(&w->roots, end[!inside], end[inside], w->f[!inside][i], w->f[inside][i]);
   }
-  s->worker->evaluations +=
-    zs_roots_solve(&w->roots, s->worker->eval, s->holder->program, &s->frame,
-                   (float)s->job->tolerance, 0);
+  worker->evaluations += zs_roots_solve(&w->roots, worker->eval, s->holder->program, &s->frame,
+                                        (float)s->finding->job->tolerance, 0);
   for (unsigned i = 0; i < w->roots.count; i++) {
     zs_crease *crease = w->crease[w->of_line[i]];
     float place[3];
@@ -363,19 +400,20 @@ static void settle(const settling *s)
     memcpy(crease->place, place, sizeof place);
     crease->settled = true;
   }
-  w->count = 0;
+  w->block = 0;
 }
 
 enum { OWN = 13 /* of the bricks around: 9 z + 3 y + x, each 0 .. 2 */ };
 
 /* Which of the bricks around the brick, or itself, holds the place from which a
  * crease sets out. */
-static unsigned holder_of(const settling *s, const zs_crease *crease)
+static unsigned holder_of(const finding *s, const zs_crease *crease)
 {
+  const finder *w = s->worker->scratch;
   unsigned number = 0;
   float lo[3], hi[3], from[3];
   memcpy(from, crease->place, sizeof from);
-  space_of(s->job, s->brick, crease->cell, true, lo, hi);
+  space_of(&w->around, crease->cell, lo, hi);
   clamp(from, lo, hi);
   for (int k = 2; k >= 0; k--) {
     int local = local_cell(s->job, k, from[k]);
@@ -387,19 +425,20 @@ static unsigned holder_of(const settling *s, const zs_crease *crease)
 /* Turn to one of the bricks around; false when it has no surface. */
 static bool turn_to(settling *s, unsigned neighbour)
 {
+  const zs_polygonize_job *job = s->finding->job;
   uint32_t index[3];
   for (int k = 0; k < 3; k++, neighbour /= 3) {
-    const float side = (float)(s->job->cell[k] * ZS_BRICK);
+    const float side = (float)(job->cell[k] * ZS_BRICK);
     const int step = (int)(neighbour % 3) - 1;
-    index[k] = s->brick->index[k] + (uint32_t)step; /* below 0: no brick's index */
+    index[k] = s->finding->brick->index[k] + (uint32_t)step; /* below 0: no brick's index */
     s->shift[k] = -(float)step * side;
     s->lo[k] = ((float)step - 0.5f) * side;
     s->hi[k] = ((float)step + 0.5f) * side;
   }
-  s->holder = zs_lattice_brick(s->job, index);
+  s->holder = zs_lattice_brick(job, index);
   if (!s->holder->sampled)
     return false;
-  s->frame = zs_brick_frame(s->job, s->holder);
+  s->frame = zs_brick_frame(job, s->holder);
   return true;
 }
 
@@ -407,64 +446,81 @@ static bool turn_to(settling *s, unsigned neighbour)
  * place will do when they have to stay in their cells. */
 static void settle_in(settling *s, unsigned neighbour)
 {
-  settler *w = s->worker->scratch;
+  finder *w = s->finding->worker->scratch;
   if (!turn_to(s, neighbour))
     return;
-  w->count = 0;
-  for (uint32_t i = 0; i < s->brick->crease_count; i++) {
-    zs_crease *crease = &s->brick->creases[i];
-    if (crease->settled || (s->around && holder_of(s, crease) != neighbour))
+  w->block = 0;
+  for (uint32_t i = 0; i < w->count; i++) {
+    if (w->found[i].settled || (s->around && w->holder[i] != neighbour))
       continue;
-    w->crease[w->count++] = crease;
-    if (w->count == ZS_BLOCK)
+    w->crease[w->block++] = &w->found[i];
+    if (w->block == ZS_BLOCK)
       settle(s);
   }
-  if (w->count)
+  if (w->block)
     settle(s);
+}
+
+static void settle_all(const finding *s)
+{
+  const double *cell = s->job->cell;
+  finder *w = s->worker->scratch;
+  settling in = {.finding = s, .around = true, .space = &w->around};
+  in.near = NEAR * (float)fmin(cell[0], fmin(cell[1], cell[2]));
+  uint32_t holders = 0;
+  for (uint32_t i = 0; i < w->count; i++) {
+    w->holder[i] = (uint8_t)holder_of(s, &w->found[i]);
+    holders |= 1u << w->holder[i];
+  }
+  for (; holders; holders &= holders - 1)
+    settle_in(&in, (unsigned)__builtin_ctz(holders));
+  in.around = false;
+  in.space = &w->own;
+  settle_in(&in, OWN);
+}
+
+/* ---- Bricks ---------------------------------------------------------------------------- */
+
+/* Keep those that settled with the brick. */
+static void keep_settled(const finding *s, zs_brick *brick)
+{
+  const finder *w = s->worker->scratch;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < w->count; i++)
+    count += w->found[i].settled;
+  if (!count)
+    return;
+  brick->creases = zs_arena_reserve(&s->worker->arena, count, sizeof *brick->creases);
+  if (!brick->creases) {
+    s->worker->out_of_memory = true;
+    return;
+  }
+  for (uint32_t i = 0; i < w->count; i++)
+    if (w->found[i].settled)
+      brick->creases[brick->crease_count++] = w->found[i];
 }
 
 static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs_brick *brick)
 {
-  if (!brick->crease_count)
+  finding s = {.job = job, .worker = worker, .brick = brick};
+  finder *w = worker->scratch;
+  if (is_smooth(job, brick))
     return;
-  settling s = {.job = job, .worker = worker, .brick = brick, .around = true};
-  s.near = NEAR * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
-  uint32_t holders = 0;
-  for (uint32_t i = 0; i < brick->crease_count; i++)
-    holders |= 1u << holder_of(&s, &brick->creases[i]);
-  for (; holders; holders &= holders - 1)
-    settle_in(&s, (unsigned)__builtin_ctz(holders));
-  s.around = false;
-  settle_in(&s, OWN);
-  for (uint32_t i = 0; i < brick->crease_count; i++)
-    if (!brick->creases[i].settled)
-      brick->creases[i].edges = 0;
-  zs_brick_compact_creases(brick);
+  s.frame = zs_brick_frame(job, brick);
+  w->count = 0;
+  find_creases(&s, &job->cases);
+  if (!w->count)
+    return;
+  fill_spaces(&s);
+  settle_all(&s);
+  keep_settled(&s, brick);
 }
 
 /* ---- The stage ------------------------------------------------------------------------------ */
 
-static bool find_all(zs_polygonize_job *job, const zs_contour_table *table)
+static bool find_all(zs_polygonize_job *job)
 {
-  finder *scratch = malloc(job->threads * sizeof *scratch);
-  if (!scratch)
-    return zs_fail_memory(job->diag);
-#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
-  for (size_t i = 0; i < job->active_count; i++) {
-    unsigned thread = zs_polygonize_thread();
-    find_creases(job, table, job->active[i], &scratch[thread]);
-    keep_creases(&job->workers[thread], job->active[i], &scratch[thread]);
-  }
-  free(scratch);
-  for (unsigned t = 0; t < job->threads; t++)
-    if (job->workers[t].out_of_memory)
-      return zs_fail_memory(job->diag);
-  return true;
-}
-
-static bool settle_all(zs_polygonize_job *job)
-{
-  settler *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
+  finder *scratch = aligned_alloc(64, job->threads * sizeof *scratch);
   if (!scratch)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++)
@@ -492,6 +548,7 @@ static void number(zs_polygonize_job *job)
 
 static void place(const zs_polygonize_job *job)
 {
+#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
   for (size_t i = 0; i < job->active_count; i++) {
     const zs_brick *brick = job->active[i];
     const zs_frame frame = zs_brick_frame(job, brick);
@@ -504,16 +561,16 @@ static void place(const zs_polygonize_job *job)
   }
 }
 
-bool zs_polygonize_creases(zs_polygonize_job *job, const zs_contour_table *table)
+bool zs_polygonize_creases(zs_polygonize_job *job)
 {
   bool any = false;
-  if (!find_all(job, table))
+  if (!find_all(job))
     return false;
   for (size_t i = 0; i < job->active_count && !any; i++)
     any = job->active[i]->crease_count > 0;
   if (!any)
     return true;
-  if (!settle_all(job) || !zs_polygonize_distinct(job))
+  if (!zs_polygonize_distinct(job))
     return false;
   number(job);
   if (!zs_mesh_resize(job->mesh, job->vertex_count, job->triangle_count, job->diag))
