@@ -231,9 +231,6 @@ bool zs_polygonize_creases(zs_polygonize_job *job);
 /* Give up creases at the place of another vertex.  False after reporting. */
 bool zs_polygonize_distinct(zs_polygonize_job *job);
 
-/* Take creases without edges out of a brick's list. */
-void zs_brick_compact_creases(zs_brick *brick);
-
 /* The vertex of a crease whose loop joins the two given edges of a cell, or
  * false when there is none.  The cell may lie in a neighbour of the brick: its
  * coordinates are -1 .. 16. */

@@ -5,6 +5,7 @@
 #include "base/diagnostic.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 void zs_brick_gather_signs(const zs_polygonize_job *job, const zs_brick *brick, zs_brick_rows rows)
 {
@@ -233,14 +234,51 @@ void zs_cell_edge_offsets(size_t offsets[ZS_CELL_EDGES])
 
 /* ---- Triangles ------------------------------------------------------------------------ */
 
+enum { CELL_FACES = 6 }; /* of a cell: 2 * axis + side */
+
+/* What edges of a cell have to do with its faces. */
+typedef struct face_table {
+  uint8_t common[ZS_CELL_EDGES][ZS_CELL_EDGES]; /* the face that two edges lie on */
+  uint16_t edges[CELL_FACES];                   /* of a face, one bit each */
+  uint8_t across[CELL_FACES][ZS_CELL_EDGES];    /* an edge in the neighbour across a face */
+} face_table;
+
+static void make_face_table(face_table *t)
+{
+  memset(t, 0, sizeof *t);
+  for (unsigned face = 0; face < CELL_FACES; face++)
+    for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
+      if (e / 4 != face / 2 && (zs_cell_edge_start(e) >> face / 2 & 1) == (face & 1)) {
+        t->edges[face] |= (uint16_t)(1u << e);
+        t->across[face][e] = (uint8_t)(face / 2 == (e / 4 + 1) % 3 ? e ^ 1 : e ^ 2);
+      }
+  for (unsigned a = 0; a < ZS_CELL_EDGES; a++)
+    for (unsigned b = 0; b < ZS_CELL_EDGES; b++)
+      for (unsigned face = 0; face < CELL_FACES; face++)
+        if (t->edges[face] >> a & t->edges[face] >> b & 1)
+          t->common[a][b] = (uint8_t)face;
+}
+
+/* What all bricks' triangles are written with. */
+typedef struct tables {
+  size_t offsets[ZS_CELL_EDGES];
+  uint16_t corners[ZS_CELL_CASES][3 * ZS_CELL_TRIANGLES]; /* offsets of triangles' corners */
+  face_table faces;
+} tables;
+
+/* One thread's working data. */
+typedef struct scratch {
+  zs_edge_numbers numbers;
+  uint16_t crease_of[ZS_BRICK_CORNERS]; /* 1 + number of the first crease of a cell, or 0 */
+} scratch;
+
 /* What one brick's triangles are written with. */
 typedef struct writing {
   const zs_polygonize_job *job;
+  const tables *tables;
   const zs_brick *brick;
   const uint32_t *numbers;
-  size_t offsets[ZS_CELL_EDGES];
-  /* By case: of the corners of its triangles. */
-  const uint16_t (*corners)[3 * ZS_CELL_TRIANGLES];
+  const uint16_t *crease_of;
   uint32_t *triangle; /* the next one */
 } writing;
 
@@ -250,39 +288,6 @@ static void put(writing *w, uint32_t a, uint32_t b, uint32_t c)
   w->triangle[1] = b;
   w->triangle[2] = c;
   w->triangle += 3;
-}
-
-/* The face of a cell that two edges of it lie on: 2 * axis + side. */
-static unsigned common_face(unsigned a, unsigned b)
-{
-  unsigned face = 0;
-  for (unsigned axis = 0; axis < 3; axis++) {
-    unsigned side = zs_cell_edge_start(a) >> axis & 1;
-    if (a / 4 != axis && b / 4 != axis && (zs_cell_edge_start(b) >> axis & 1) == side)
-      face = 2 * axis + side;
-  }
-  return face;
-}
-
-/* The edges of a face, one bit each. */
-static unsigned face_edges(unsigned face)
-{
-  unsigned edges = 0;
-  for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
-    if (e / 4 != face / 2 && (zs_cell_edge_start(e) >> face / 2 & 1) == (face & 1))
-      edges |= 1u << e;
-  return edges;
-}
-
-/* What edges of a face are in the neighbour across it. */
-static unsigned across(unsigned edges, unsigned face)
-{
-  unsigned there = 0;
-  for (; edges; edges &= edges - 1) {
-    unsigned e = (unsigned)__builtin_ctz(edges);
-    there |= 1u << (face / 2 == (e / 4 + 1) % 3 ? e ^ 1 : e ^ 2);
-  }
-  return there;
 }
 
 /* Whether a triangle faces the way of the normal at its second corner.  The two
@@ -300,6 +305,24 @@ static bool faces_normal(const zs_mesh *mesh, uint32_t a, uint32_t b, uint32_t c
   return dot > 0;
 }
 
+/* The crease whose loop joins the given edges of a cell. */
+static bool find_crease(const writing *w, const int cell[3], unsigned edges, uint32_t *vertex)
+{
+  const zs_brick *brick = w->brick;
+  if ((unsigned)(cell[0] | cell[1] | cell[2]) >= ZS_BRICK)
+    return zs_crease_find(w->job, brick, cell, edges, vertex);
+  const unsigned number = (unsigned)((cell[2] * ZS_BRICK + cell[1]) * ZS_BRICK + cell[0]);
+  if (!w->crease_of[number])
+    return false;
+  for (uint32_t c = w->crease_of[number] - 1u;
+       c < brick->crease_count && brick->creases[c].cell == number; c++)
+    if ((brick->creases[c].edges & edges) == edges) {
+      *vertex = (uint32_t)(brick->first_crease + c);
+      return true;
+    }
+  return false;
+}
+
 /* The crease next to crease number `own` across the side u, v of its loop, when
  * a sharp edge leads there.  Two loops that meet twice in a face are not joined:
  * both sides would become the same edge. */
@@ -307,15 +330,20 @@ static bool find_next(const writing *w, const int cell[3], uint32_t own, unsigne
                       unsigned to, uint32_t u, uint32_t v, uint32_t *next)
 {
   const float *normals = w->job->mesh->normals;
+  const face_table *faces = &w->tables->faces;
   if (!zs_crease_between(normals + 3 * (size_t)u, normals + 3 * (size_t)v))
     return false;
-  unsigned face = common_face(from, to), all = face_edges(face);
+  const unsigned face = faces->common[from][to], all = faces->edges[face];
+  const uint8_t *across = faces->across[face];
   int there[3] = {cell[0], cell[1], cell[2]};
   there[face / 2] += face & 1 ? 1 : -1;
-  if ((w->brick->creases[own].edges & all) == all &&
-      zs_crease_find(w->job, w->brick, there, across(all, face), next))
+  if (!find_crease(w, there, 1u << across[from] | 1u << across[to], next))
     return false;
-  return zs_crease_find(w->job, w->brick, there, across(1u << from | 1u << to, face), next);
+  if ((w->brick->creases[own].edges & all) != all)
+    return true;
+  /* The loop meets the face twice: so may the other one. */
+  uint32_t other;
+  return !find_crease(w, there, faces->edges[face ^ 1], &other);
 }
 
 /* The triangle of a crease's fan at one side of its loop.  Where the sharp edge
@@ -324,7 +352,7 @@ static bool find_next(const writing *w, const int cell[3], uint32_t own, unsigne
 static void put_side(writing *w, const int cell[3], size_t at, uint32_t own, unsigned from,
                      unsigned to)
 {
-  uint32_t u = w->numbers[at + w->offsets[from]], v = w->numbers[at + w->offsets[to]], next;
+  uint32_t u = w->numbers[at + w->tables->offsets[from]], v = w->numbers[at + w->tables->offsets[to]], next;
   uint32_t crease = (uint32_t)(w->brick->first_crease + own);
   if (find_next(w, cell, own, from, to, u, v, &next) &&
       faces_normal(w->job->mesh, crease, u, next) && faces_normal(w->job->mesh, next, v, crease))
@@ -350,9 +378,9 @@ static void write_creased(writing *w, const zs_cell_case *cell, const int xyz[3]
         put_side(w, xyz, at, own, loop[i], loop[(i + 1) % n]);
     else
       for (unsigned i = 0; i < 3 * (n - 2); i += 3)
-        put(w, w->numbers[at + w->offsets[triangles[i]]],
-            w->numbers[at + w->offsets[triangles[i + 1]]],
-            w->numbers[at + w->offsets[triangles[i + 2]]]);
+        put(w, w->numbers[at + w->tables->offsets[triangles[i]]],
+            w->numbers[at + w->tables->offsets[triangles[i + 1]]],
+            w->numbers[at + w->tables->offsets[triangles[i + 2]]]);
     triangles += 3 * (n - 2);
     loop += n;
   }
@@ -361,55 +389,66 @@ static void write_creased(writing *w, const zs_cell_case *cell, const int xyz[3]
 /* Those of one without. */
 static void write_plain(writing *w, unsigned inside, unsigned count, const uint32_t *numbers)
 {
-  const uint16_t *corner = w->corners[inside];
+  const uint16_t *corner = w->tables->corners[inside];
   for (unsigned i = 0; i < 3 * count; i += 3)
     put(w, numbers[corner[i]], numbers[corner[i + 1]], numbers[corner[i + 2]]);
 }
 
-static void write_triangles(writing *w, zs_edge_numbers numbers)
+/* Tell where the creases of a cell are, or forget it. */
+static void enter_creases(const zs_brick *brick, bool known, uint16_t *crease_of)
+{
+  for (uint32_t c = brick->crease_count; c-- > 0;)
+    crease_of[brick->creases[c].cell] = (uint16_t)(known ? c + 1 : 0);
+}
+
+static void write_triangles(writing *w, scratch *own)
 {
   const zs_brick *brick = w->brick;
   zs_brick_rows rows;
   zs_row_bits cells;
-  uint32_t crease = 0;
   zs_brick_gather_signs(w->job, brick, rows);
   zs_brick_find_cells(w->job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
-  zs_brick_number_edges(w->job, brick, numbers);
-  w->numbers = numbers;
+  zs_brick_number_edges(w->job, brick, own->numbers);
+  enter_creases(brick, true, own->crease_of);
+  w->numbers = own->numbers;
+  w->crease_of = own->crease_of;
   w->triangle = w->job->mesh->triangles + 3 * brick->first_triangle;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
       const unsigned x = (unsigned)__builtin_ctz(bits), y = row % ZS_BRICK, z = row / ZS_BRICK;
       const unsigned inside = zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows, x, y, z);
       const zs_cell_case *cell = &w->job->cases.cases[inside];
-      const uint32_t first = crease;
-      while (crease < brick->crease_count && brick->creases[crease].cell == row * ZS_BRICK + x)
-        crease++;
-      if (crease == first)
-        write_plain(w, inside, cell->triangle_count, numbers + zs_reach_offset(x, y, z));
-      else
-        write_creased(w, cell, (const int[3]){(int)x, (int)y, (int)z}, first, crease);
+      const uint32_t first = own->crease_of[row * ZS_BRICK + x];
+      if (!first) {
+        write_plain(w, inside, cell->triangle_count, own->numbers + zs_reach_offset(x, y, z));
+        continue;
+      }
+      uint32_t end = first;
+      while (end < brick->crease_count && brick->creases[end].cell == row * ZS_BRICK + x)
+        end++;
+      write_creased(w, cell, (const int[3]){(int)x, (int)y, (int)z}, first - 1, end);
     }
+  enter_creases(brick, false, own->crease_of);
 }
 
 bool zs_polygonize_triangles(zs_polygonize_job *job)
 {
-  writing shared = {.job = job};
-  uint16_t corners[ZS_CELL_CASES][3 * ZS_CELL_TRIANGLES];
-  zs_edge_numbers *scratch = calloc(job->threads, sizeof *scratch);
-  if (!scratch)
-    return zs_fail_memory(job->diag);
-  zs_cell_edge_offsets(shared.offsets);
-  for (unsigned c = 0; c < ZS_CELL_CASES; c++)
-    for (unsigned i = 0; i < 3u * job->cases.cases[c].triangle_count; i++)
-      corners[c][i] = (uint16_t)shared.offsets[job->cases.cases[c].triangles[i]];
-  shared.corners = (const uint16_t(*)[3 * ZS_CELL_TRIANGLES])corners;
-#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
-  for (size_t i = 0; i < job->active_count; i++) {
-    writing w = shared;
-    w.brick = job->active[i];
-    write_triangles(&w, scratch[zs_polygonize_thread()]);
+  tables *shared = malloc(sizeof *shared);
+  scratch *own = calloc(job->threads, sizeof *own);
+  bool done = shared && own;
+  if (done) {
+    make_face_table(&shared->faces);
+    zs_cell_edge_offsets(shared->offsets);
+    for (unsigned c = 0; c < ZS_CELL_CASES; c++)
+      for (unsigned i = 0; i < 3u * job->cases.cases[c].triangle_count; i++)
+        shared->corners[c][i] = (uint16_t)shared->offsets[job->cases.cases[c].triangles[i]];
+#pragma omp parallel for schedule(dynamic, 4) num_threads(job->threads)
+    for (size_t i = 0; i < job->active_count; i++) {
+      writing w = {.job = job, .tables = shared, .brick = job->active[i]};
+      write_triangles(&w, &own[zs_polygonize_thread()]);
+    }
   }
-  free(scratch);
-  return true;
+  free(shared);
+  free(own);
+  return done || zs_fail_memory(job->diag);
 }

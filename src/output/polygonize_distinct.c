@@ -9,30 +9,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Creases by position: open addressing. */
+/* A crease by its position: its number, and another part of the position's hash
+ * so that most others are told apart without a look at it. */
 typedef struct entry {
-  zs_crease *crease; /* NULL: free */
-  float position[3];
+  uint32_t tag;
+  uint32_t crease; /* 1 + its number; 0: free */
 } entry;
 
+/* Open addressing. */
 typedef struct table {
   entry *entries;
-  size_t count; /* a power of two */
+  size_t count;         /* a power of two */
+  zs_crease **creases;  /* by number */
+  float (*positions)[3];
 } table;
-
-static void crease_position(const zs_frame *frame, const zs_crease *crease, float position[3])
-{
-  for (int k = 0; k < 3; k++)
-    position[k] = (float)(frame->origin[k] + (double)crease->place[k]);
-}
 
 static bool equal(const float *a, const float *b)
 {
   return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
-/* Where a position is in the table, or the free entry where it belongs. */
-static entry *find(const table *t, const float position[3])
+static uint64_t hash(const float position[3])
 {
   uint64_t h = 0;
   for (int k = 0; k < 3; k++) {
@@ -42,34 +39,64 @@ static entry *find(const table *t, const float position[3])
     h = (h ^ bits) * UINT64_C(0x9e3779b97f4a7c15);
     h ^= h >> 29;
   }
+  return h;
+}
+
+/* Where a position is in the table, or the free entry where it belongs. */
+static entry *find(const table *t, const float position[3], uint64_t h)
+{
+  const uint32_t tag = (uint32_t)(h >> 32);
   for (size_t at = (size_t)h;; at++) {
     entry *e = &t->entries[at & (t->count - 1)];
-    if (!e->crease || equal(e->position, position))
+    if (!e->crease || (e->tag == tag && equal(t->positions[e->crease - 1], position)))
       return e;
   }
 }
 
-/* Enter all creases, giving up those at the place of an earlier one. */
-static void enter(const zs_polygonize_job *job, table *t)
+/* The table is larger than caches: what will be looked at is asked for in time. */
+enum { AHEAD = 64 };
+
+static uint64_t ask_for(const table *t, const float position[3])
 {
-  for (size_t i = 0; i < job->active_count; i++) {
-    const zs_brick *brick = job->active[i];
-    const zs_frame frame = zs_brick_frame(job, brick);
-    for (uint32_t c = 0; c < brick->crease_count; c++) {
-      float position[3];
-      crease_position(&frame, &brick->creases[c], position);
-      entry *e = find(t, position);
-      if (e->crease) {
-        brick->creases[c].edges = 0;
-        continue;
-      }
-      e->crease = &brick->creases[c];
-      memcpy(e->position, position, sizeof position);
+  const uint64_t h = hash(position);
+  __builtin_prefetch(&t->entries[h & (t->count - 1)]);
+  return h;
+}
+
+/* Enter all creases, giving up those at the place of an earlier one. */
+static void enter(table *t, size_t creases)
+{
+  uint64_t h[AHEAD];
+  for (size_t at = 0; at < creases; at += AHEAD) {
+    const size_t n = creases - at < AHEAD ? creases - at : AHEAD;
+    for (size_t i = 0; i < n; i++)
+      h[i] = ask_for(t, t->positions[at + i]);
+    for (size_t i = 0; i < n; i++) {
+      entry *e = find(t, t->positions[at + i], h[i]);
+      if (e->crease)
+        t->creases[at + i]->edges = 0;
+      else
+        *e = (entry){(uint32_t)(h[i] >> 32), (uint32_t)(at + i + 1)};
     }
   }
 }
 
-void zs_brick_compact_creases(zs_brick *brick)
+/* Number the creases. */
+static void list_creases(const zs_polygonize_job *job, table *t)
+{
+  size_t number = 0;
+  for (size_t i = 0; i < job->active_count; i++) {
+    const zs_brick *brick = job->active[i];
+    const zs_frame frame = zs_brick_frame(job, brick);
+    for (uint32_t c = 0; c < brick->crease_count; c++, number++) {
+      for (int k = 0; k < 3; k++)
+        t->positions[number][k] = (float)(frame.origin[k] + (double)brick->creases[c].place[k]);
+      t->creases[number] = &brick->creases[c];
+    }
+  }
+}
+
+static void compact_creases(zs_brick *brick)
 {
   uint32_t kept = 0;
   for (uint32_t i = 0; i < brick->crease_count; i++)
@@ -78,28 +105,48 @@ void zs_brick_compact_creases(zs_brick *brick)
   brick->crease_count = kept;
 }
 
+/* Give up creases at the place of an edge's vertex. */
+static void compare_vertices(const zs_polygonize_job *job, const table *t)
+{
+  const size_t vertices = job->mesh->vertex_count;
+#pragma omp parallel for schedule(static) num_threads(job->threads)
+  for (size_t at = 0; at < vertices; at += AHEAD) {
+    const float *positions = job->mesh->positions + 3 * at;
+    const size_t n = vertices - at < AHEAD ? vertices - at : AHEAD;
+    uint64_t h[AHEAD];
+    for (size_t i = 0; i < n; i++)
+      h[i] = ask_for(t, positions + 3 * i);
+    for (size_t i = 0; i < n; i++) {
+      const uint32_t crease = find(t, positions + 3 * i, h[i])->crease;
+      if (crease) {
+#pragma omp atomic write
+        t->creases[crease - 1]->edges = 0;
+      }
+    }
+  }
+}
+
 bool zs_polygonize_distinct(zs_polygonize_job *job)
 {
   size_t creases = 0;
   for (size_t i = 0; i < job->active_count; i++)
     creases += job->active[i]->crease_count;
   table t = {.count = 16};
-  while (t.count < 2 * creases)
+  while (t.count < 3 * creases)
     t.count *= 2;
   t.entries = calloc(t.count, sizeof *t.entries);
-  if (!t.entries)
-    return zs_fail_memory(job->diag);
-  enter(job, &t);
-#pragma omp parallel for schedule(static) num_threads(job->threads)
-  for (size_t v = 0; v < job->mesh->vertex_count; v++) {
-    zs_crease *crease = find(&t, job->mesh->positions + 3 * v)->crease;
-    if (crease) {
-#pragma omp atomic write
-      crease->edges = 0;
-    }
+  t.creases = malloc((creases + 1) * sizeof *t.creases);
+  t.positions = malloc((creases + 1) * sizeof *t.positions);
+  bool done = t.entries && t.creases && t.positions;
+  if (done) {
+    list_creases(job, &t);
+    enter(&t, creases);
+    compare_vertices(job, &t);
+    for (size_t i = 0; i < job->active_count; i++)
+      compact_creases(job->active[i]);
   }
   free(t.entries);
-  for (size_t i = 0; i < job->active_count; i++)
-    zs_brick_compact_creases(job->active[i]);
-  return true;
+  free(t.creases);
+  free(t.positions);
+  return done || zs_fail_memory(job->diag);
 }
