@@ -35,3 +35,15 @@ bool zs_memory_check(const zs_control *control, uint64_t bytes, const char *what
                  "%s takes %" PRIu64 " bytes, over the memory limit of %" PRIu64, what, bytes,
                  control->memory_limit);
 }
+
+uint64_t zs_count_bits(const uint8_t *bytes, size_t n)
+{
+  uint64_t count = 0, word;
+  for (; n >= sizeof word; bytes += sizeof word, n -= sizeof word) {
+    memcpy(&word, bytes, sizeof word);
+    count += (unsigned)__builtin_popcountll(word);
+  }
+  for (; n; bytes++, n--)
+    count += (unsigned)__builtin_popcount(*bytes);
+  return count;
+}

@@ -68,29 +68,40 @@ static plane plane_of(const double lo[3], const double hi[3], const zs_slice_opt
   return p;
 }
 
-/* Index of the pixel that shows a cell. */
-static size_t pixel_index(const plane *p, uint32_t i, uint32_t j)
+/* Index of the leftmost pixel of those that show `count` cells from (i, j) on. */
+static size_t pixel_index(const plane *p, uint32_t i, uint32_t j, uint32_t count)
 {
-  size_t column = p->column + (p->mirrored ? p->count[0] - 1 - i : i);
+  size_t column = p->column + (p->mirrored ? p->count[0] - i - count : i);
   size_t row = p->row + (p->count[1] - 1 - j);
   return row * p->width + column;
 }
 
-static void store(slicer *s, size_t pixel, float f)
+static uint32_t smaller(uint32_t a, uint32_t b)
 {
-  if (s->values)
-    s->values[pixel] = f;
-  else
-    s->pixels[pixel] = f >= 0 ? 255 : 0;
+  return a < b ? a : b;
 }
 
 static void uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside)
 {
   slicer *s = visitor;
   const plane *p = &s->plane;
-  for (uint32_t j = lo[p->up] * BRICK; j < hi[p->up] * BRICK && j < p->count[1]; j++)
-    for (uint32_t i = lo[p->right] * BRICK; i < hi[p->right] * BRICK && i < p->count[0]; i++)
-      s->pixels[pixel_index(p, i, j)] = inside ? 255 : 0;
+  const uint32_t i = lo[p->right] * BRICK, count = smaller(hi[p->right] * BRICK, p->count[0]) - i;
+  const uint32_t end = smaller(hi[p->up] * BRICK, p->count[1]);
+  for (uint32_t j = lo[p->up] * BRICK; j < end; j++)
+    memset(s->pixels + pixel_index(p, i, j, count), inside ? 255 : 0, count);
+}
+
+/* A row of cells into its pixels. */
+static void store_row(const slicer *s, uint32_t i, uint32_t j, uint32_t count, const float *f)
+{
+  const size_t at = pixel_index(&s->plane, i, j, count);
+  const bool mirrored = s->plane.mirrored;
+  if (s->values)
+    for (uint32_t k = 0; k < count; k++)
+      s->values[at + k] = f[mirrored ? count - 1 - k : k];
+  else
+    for (uint32_t k = 0; k < count; k++)
+      s->pixels[at + k] = f[mirrored ? count - 1 - k : k] >= 0 ? 255 : 0;
 }
 
 static void brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
@@ -99,25 +110,26 @@ static void brick(void *visitor, unsigned thread, const uint32_t index[3], zs_ev
   slicer *s = visitor;
   const plane *p = &s->plane;
   const uint32_t from_i = index[p->right] * BRICK, from_j = index[p->up] * BRICK;
+  const uint32_t columns = smaller(BRICK, p->count[0] - from_i),
+                 rows = smaller(BRICK, p->count[1] - from_j);
   double origin[3];
   origin[p->axis] = p->at;
   origin[p->right] = p->lo[0] + p->pixel * from_i;
   origin[p->up] = p->lo[1] + p->pixel * from_j;
   const zs_frame frame = zs_frame_at(origin);
   _Alignas(64) float at[3][ZS_BLOCK], f[ZS_BLOCK];
+  const float pixel = (float)p->pixel;
   unsigned n = 0;
-  for (uint32_t j = 0; j < BRICK && from_j + j < p->count[1]; j++)
-    for (uint32_t i = 0; i < BRICK && from_i + i < p->count[0]; i++, n++) {
+  for (uint32_t j = 0; j < rows; j++)
+    for (uint32_t i = 0; i < columns; i++, n++) {
       at[p->axis][n] = 0;
-      at[p->right][n] = ((float)i + 0.5f) * (float)p->pixel;
-      at[p->up][n] = ((float)j + 0.5f) * (float)p->pixel;
+      at[p->right][n] = ((float)i + 0.5f) * pixel;
+      at[p->up][n] = ((float)j + 0.5f) * pixel;
     }
   zs_program_values(eval, program, &frame, n, at[0], at[1], at[2], f);
   s->evaluations[thread].count += n;
-  n = 0;
-  for (uint32_t j = from_j; j < from_j + BRICK && j < p->count[1]; j++)
-    for (uint32_t i = from_i; i < from_i + BRICK && i < p->count[0]; i++)
-      store(s, pixel_index(p, i, j), f[n++]);
+  for (uint32_t j = 0; j < rows; j++)
+    store_row(s, from_i, from_j + j, columns, f + j * columns);
 }
 
 static bool sample(slicer *s, zs_field *field, const zs_control *control, zs_diag *diag)
@@ -301,9 +313,11 @@ static bool options_check(const double lo[3], const double hi[3], const zs_slice
 static uint64_t count_inside(const slicer *s)
 {
   const size_t n = (size_t)s->plane.width * s->plane.height;
+  if (!s->values)
+    return zs_count_bits(s->pixels, n) / 8;
   uint64_t count = 0;
   for (size_t i = 0; i < n; i++)
-    count += s->values ? s->values[i] >= 0 : s->pixels[i] != 0;
+    count += s->values[i] >= 0;
   return count;
 }
 

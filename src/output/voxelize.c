@@ -126,10 +126,13 @@ static uint64_t count_inside(const slab *s, unsigned threads)
   uint64_t count = 0;
 #pragma omp parallel for reduction(+ : count) num_threads(threads)
   for (uint32_t z = 0; z < s->layers; z++) {
-    const uint8_t *bytes = (const uint8_t *)s->samples + z * layer;
-    const float *floats = (const float *)s->samples + z * layer;
+    if (s->quantity == ZS_QUANTITY_INSIDE) {
+      count += zs_count_bits((const uint8_t *)s->samples + z * layer, layer);
+      continue;
+    }
+    const float *f = (const float *)s->samples + z * layer;
     for (size_t i = 0; i < layer; i++)
-      count += s->quantity == ZS_QUANTITY_INSIDE ? bytes[i] : floats[i] >= 0;
+      count += f[i] >= 0;
   }
   return count;
 }
