@@ -66,12 +66,15 @@ static bool run(const char *path, char **counts)
   bool good = v.samples && file && fread(v.samples, sizeof(float), n, file) == n;
   if (good) {
     enum { REPEATS = 3 };
-    double times[REPEATS];
-    guint triangles;
-    for (int i = 0; i < REPEATS; i++)
-      times[i] = extract(&v, &triangles);
-    qsort(times, REPEATS, sizeof *times, ascending);
-    printf("gts %u %.9f %u\n", v.count[0], times[REPEATS / 2], triangles);
+    double times[REPEATS], spent = 0;
+    guint triangles = 0;
+    int runs = 0;
+    while (runs < REPEATS && spent < 1) {
+      times[runs] = extract(&v, &triangles);
+      spent += times[runs++];
+    }
+    qsort(times, (size_t)runs, sizeof *times, ascending);
+    printf("gts %u %.9f %u\n", v.count[0], times[runs / 2], triangles);
   }
   if (file)
     fclose(file);
