@@ -48,10 +48,12 @@ static void fill_points(const zs_lattice *lattice, const part *p, float *x, floa
   const unsigned n = p->hi[0] - p->lo[0];
   for (unsigned k = p->lo[2]; k < p->hi[2]; k++)
     for (unsigned j = p->lo[1]; j < p->hi[1]; j++) {
+      const float at_y = lattice->at[1][j], at_z = lattice->at[2][k];
       memcpy(x, lattice->at[0] + p->lo[0], n * sizeof *x);
+#pragma omp simd
       for (unsigned i = 0; i < n; i++) {
-        y[i] = lattice->at[1][j];
-        z[i] = lattice->at[2][k];
+        y[i] = at_y;
+        z[i] = at_z;
       }
       x += n;
       y += n;
@@ -160,6 +162,7 @@ static unsigned whole_lanes(unsigned n)
 
 static void fill(float *block, unsigned n, float value)
 {
+#pragma omp simd
   for (unsigned i = 0; i < n; i++)
     block[i] = value;
 }

@@ -17,7 +17,7 @@ uint64_t zs_counters_sum(const zs_counter *counters, unsigned threads);
  * `what` says what for ("a layer of samples"). */
 bool zs_memory_check(const zs_control *control, uint64_t bytes, const char *what, zs_diag *diag);
 
-/* Bits that are set in n bytes. */
-uint64_t zs_count_bits(const uint8_t *bytes, size_t n);
+/* How many of n bytes are odd. */
+uint64_t zs_count_odd(const uint8_t *bytes, size_t n);
 
 #endif

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BRICK = 16 /* pixels along the sides of a brick */ };
+enum { BRICK = ZS_LATTICE_SIDE /* pixels along the sides of a brick */ };
 
 /* Where the pixels of the picture are.  Cells (i, j) count from the box's low
  * corner along the two axes of the plane; the picture shows them turned. */
@@ -91,45 +91,52 @@ static void uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], b
     memset(s->pixels + pixel_index(p, i, j, count), inside ? 255 : 0, count);
 }
 
-/* A row of cells into its pixels. */
-static void store_row(const slicer *s, uint32_t i, uint32_t j, uint32_t count, const float *f)
+/* A row of cells into its pixels; their values are `stride` apart. */
+static void store_row(const slicer *s, uint32_t i, uint32_t j, uint32_t count, const float *f,
+                      size_t stride)
 {
   const size_t at = pixel_index(&s->plane, i, j, count);
-  const bool mirrored = s->plane.mirrored;
-  if (s->values)
-    for (uint32_t k = 0; k < count; k++)
-      s->values[at + k] = f[mirrored ? count - 1 - k : k];
-  else
-    for (uint32_t k = 0; k < count; k++)
-      s->pixels[at + k] = f[mirrored ? count - 1 - k : k] >= 0 ? 255 : 0;
+  float row[BRICK];
+  for (uint32_t k = 0; k < count; k++)
+    row[s->plane.mirrored ? count - 1 - k : k] = f[k * stride];
+  if (s->values) {
+    memcpy(s->values + at, row, count * sizeof *row);
+    return;
+  }
+  uint8_t *pixels = s->pixels + at;
+#pragma omp simd
+  for (uint32_t k = 0; k < count; k++)
+    pixels[k] = row[k] >= 0 ? 255 : 0;
 }
 
 static void brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
                   const zs_program *program)
 {
+  static const size_t stride[3] = {1, ZS_LATTICE_SIDE, ZS_LATTICE_SIDE * ZS_LATTICE_SIDE};
   slicer *s = visitor;
   const plane *p = &s->plane;
-  const uint32_t from_i = index[p->right] * BRICK, from_j = index[p->up] * BRICK;
-  const uint32_t columns = smaller(BRICK, p->count[0] - from_i),
-                 rows = smaller(BRICK, p->count[1] - from_j);
-  double origin[3];
-  origin[p->axis] = p->at;
-  origin[p->right] = p->lo[0] + p->pixel * from_i;
-  origin[p->up] = p->lo[1] + p->pixel * from_j;
-  const zs_frame frame = zs_frame_at(origin);
-  _Alignas(64) float at[3][ZS_BLOCK], f[ZS_BLOCK];
+  const int axis[2] = {p->right, p->up};
   const float pixel = (float)p->pixel;
-  unsigned n = 0;
-  for (uint32_t j = 0; j < rows; j++)
-    for (uint32_t i = 0; i < columns; i++, n++) {
-      at[p->axis][n] = 0;
-      at[p->right][n] = ((float)i + 0.5f) * pixel;
-      at[p->up][n] = ((float)j + 0.5f) * pixel;
-    }
-  zs_program_values(eval, program, &frame, n, at[0], at[1], at[2], f);
-  s->evaluations[thread].count += n;
-  for (uint32_t j = 0; j < rows; j++)
-    store_row(s, from_i, from_j + j, columns, f + j * columns);
+  zs_lattice lattice;
+  double origin[3];
+  uint32_t from[2];
+  origin[p->axis] = p->at;
+  lattice.count[p->axis] = 1;
+  lattice.at[p->axis][0] = 0;
+  for (int k = 0; k < 2; k++) {
+    from[k] = index[axis[k]] * BRICK;
+    origin[axis[k]] = p->lo[k] + p->pixel * from[k];
+    lattice.count[axis[k]] = smaller(BRICK, p->count[k] - from[k]);
+    for (unsigned i = 0; i < BRICK; i++)
+      lattice.at[axis[k]][i] = ((float)i + 0.5f) * pixel;
+  }
+  lattice.frame = zs_frame_at(origin);
+  float f[ZS_LATTICE_SIDE * ZS_LATTICE_SIDE * ZS_LATTICE_SIDE];
+  s->evaluations[thread].count +=
+    zs_program_lattice(eval, program, &lattice, ZS_REQUEST_VALUE, false, f);
+  for (uint32_t j = 0; j < lattice.count[p->up]; j++)
+    store_row(s, from[0], from[1] + j, lattice.count[p->right], f + j * stride[p->up],
+              stride[p->right]);
 }
 
 static bool sample(slicer *s, zs_field *field, const zs_control *control, zs_diag *diag)
@@ -314,7 +321,7 @@ static uint64_t count_inside(const slicer *s)
 {
   const size_t n = (size_t)s->plane.width * s->plane.height;
   if (!s->values)
-    return zs_count_bits(s->pixels, n) / 8;
+    return zs_count_odd(s->pixels, n);
   uint64_t count = 0;
   for (size_t i = 0; i < n; i++)
     count += s->values[i] >= 0;

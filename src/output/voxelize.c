@@ -79,6 +79,7 @@ static void store_row(const slab *s, size_t at, const float *f, uint32_t count)
     return;
   }
   uint8_t *out = (uint8_t *)s->samples + at;
+#pragma omp simd
   for (uint32_t i = 0; i < count; i++)
     out[i] = f[i] >= 0;
 }
@@ -127,12 +128,15 @@ static uint64_t count_inside(const slab *s, unsigned threads)
 #pragma omp parallel for reduction(+ : count) num_threads(threads)
   for (uint32_t z = 0; z < s->layers; z++) {
     if (s->quantity == ZS_QUANTITY_INSIDE) {
-      count += zs_count_bits((const uint8_t *)s->samples + z * layer, layer);
+      count += zs_count_odd((const uint8_t *)s->samples + z * layer, layer);
       continue;
     }
     const float *f = (const float *)s->samples + z * layer;
+    uint64_t of_layer = 0;
+#pragma omp simd reduction(+ : of_layer)
     for (size_t i = 0; i < layer; i++)
-      count += f[i] >= 0;
+      of_layer += f[i] >= 0;
+    count += of_layer;
   }
   return count;
 }
