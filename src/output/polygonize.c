@@ -270,14 +270,15 @@ static bool run(zs_polygonize_job *job, double *evaluated)
   zs_contour_table_make(&job->cases);
   if (!allocate(job) || !zs_polygonize_sample(job) || !number(job))
     return false;
-  job->mesh = zs_mesh_new(job->vertex_count, job->triangle_count, job->normals || job->creases,
-                          job->diag);
+  /* Creases add to both: room for triangles is found when all are counted. */
+  job->mesh = zs_mesh_new(job->vertex_count, 0, job->normals || job->creases, job->diag);
   if (!job->mesh || !zs_polygonize_vertices(job))
     return false;
   if (job->creases && !zs_polygonize_creases(job))
     return false;
   *evaluated = zs_seconds();
-  if (!zs_polygonize_triangles(job))
+  if (!zs_mesh_resize(job->mesh, job->vertex_count, job->triangle_count, job->diag) ||
+      !zs_polygonize_triangles(job))
     return false;
   if (!job->normals) {
     free(job->mesh->normals);

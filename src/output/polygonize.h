@@ -25,6 +25,12 @@ enum {
 
 typedef uint16_t zs_row_bits[ZS_BRICK_ROWS]; /* bit x of a row: a corner, edge or cell */
 
+/* Whether a row has edges along any axis: most have none. */
+static inline bool zs_row_has(const zs_row_bits crossing[3], unsigned row)
+{
+  return (crossing[0][row] | crossing[1][row] | crossing[2][row]) != 0;
+}
+
 /* A corner that was moved away from the surface (see polygonize_sample.c). */
 typedef struct zs_moved {
   uint16_t corner; /* 256 z + 16 y + x in its brick */

@@ -136,6 +136,8 @@ void zs_polygonize_count(const zs_polygonize_job *job, zs_brick *brick)
 static void number_row(const zs_brick *brick, unsigned row, uint32_t *at)
 {
   uint32_t number = (uint32_t)brick->first_vertex + brick->first[row];
+  if (!zs_row_has(brick->crossing, row))
+    return;
   for (unsigned axis = 0; axis < 3; axis++, at += ZS_REACH_CORNERS)
     for (unsigned edges = brick->crossing[axis][row]; edges; edges &= edges - 1)
       at[__builtin_ctz(edges)] = number++;

@@ -573,7 +573,7 @@ bool zs_polygonize_creases(zs_polygonize_job *job)
   if (!zs_polygonize_distinct(job))
     return false;
   number(job);
-  if (!zs_mesh_resize(job->mesh, job->vertex_count, job->triangle_count, job->diag))
+  if (!zs_mesh_resize(job->mesh, job->vertex_count, 0, job->diag))
     return false;
   place(job);
   return true;

@@ -81,18 +81,13 @@ static void enter(table *t, size_t creases)
   }
 }
 
-/* Number the creases. */
-static void list_creases(const zs_polygonize_job *job, table *t)
+static void list_creases(const zs_brick *brick, const zs_frame *frame, table *t)
 {
-  size_t number = 0;
-  for (size_t i = 0; i < job->active_count; i++) {
-    const zs_brick *brick = job->active[i];
-    const zs_frame frame = zs_brick_frame(job, brick);
-    for (uint32_t c = 0; c < brick->crease_count; c++, number++) {
-      for (int k = 0; k < 3; k++)
-        t->positions[number][k] = (float)(frame.origin[k] + (double)brick->creases[c].place[k]);
-      t->creases[number] = &brick->creases[c];
-    }
+  for (uint32_t c = 0; c < brick->crease_count; c++) {
+    const size_t number = brick->first_crease + c;
+    for (int k = 0; k < 3; k++)
+      t->positions[number][k] = (float)(frame->origin[k] + (double)brick->creases[c].place[k]);
+    t->creases[number] = &brick->creases[c];
   }
 }
 
@@ -129,8 +124,10 @@ static void compare_vertices(const zs_polygonize_job *job, const table *t)
 bool zs_polygonize_distinct(zs_polygonize_job *job)
 {
   size_t creases = 0;
-  for (size_t i = 0; i < job->active_count; i++)
+  for (size_t i = 0; i < job->active_count; i++) {
+    job->active[i]->first_crease = creases; /* numbers of their own for now */
     creases += job->active[i]->crease_count;
+  }
   table t = {.count = 16};
   while (t.count < 3 * creases)
     t.count *= 2;
@@ -139,9 +136,14 @@ bool zs_polygonize_distinct(zs_polygonize_job *job)
   t.positions = malloc((creases + 1) * sizeof *t.positions);
   bool done = t.entries && t.creases && t.positions;
   if (done) {
-    list_creases(job, &t);
+#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
+    for (size_t i = 0; i < job->active_count; i++) {
+      const zs_frame frame = zs_brick_frame(job, job->active[i]);
+      list_creases(job->active[i], &frame, &t);
+    }
     enter(&t, creases);
     compare_vertices(job, &t);
+#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
     for (size_t i = 0; i < job->active_count; i++)
       compact_creases(job->active[i]);
   }

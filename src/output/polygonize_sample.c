@@ -286,7 +286,7 @@ static bool keep_ends(const sampling *s)
     return false;
   s->brick->ends = (const float(*)[2])ends;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3; axis++)
+    for (unsigned axis = 0; axis < 3 && zs_row_has(w->crossing, row); axis++)
       for (unsigned edges = w->crossing[axis][row]; edges; edges &= edges - 1) {
         unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
         float a = w->f[start], b = w->f[start + stride[axis]];

@@ -188,7 +188,7 @@ static void add_edges(const solving *s)
   const float(*ends)[2] = s->brick->ends;
   uint32_t number = (uint32_t)s->brick->first_vertex;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3; axis++)
+    for (unsigned axis = 0; axis < 3 && zs_row_has(s->brick->crossing, row); axis++)
       for (unsigned edges = s->brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
         const unsigned x = (unsigned)__builtin_ctz(edges), edge = row * ZS_BRICK + x;
         if (leads_to_pad(s, edge, axis))
@@ -212,7 +212,8 @@ static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs
   brick->all_normals = NOTHING;
   for (int k = 0; k < 3; k++)
     brick->side_normals[k] = NOTHING;
-  place_caps(job, brick);
+  if (brick->at_face)
+    place_caps(job, brick);
   if (!brick->vertex_count || !brick->sampled)
     return;
   s.rows = zs_row_kernels_of(zs_eval_isa(worker->eval));
