@@ -12,13 +12,14 @@ static const zs_root_kernels *const kernels[ZS_ISA_COUNT] = {
 #endif
 
 /* How far from its middle a bracket may be looked at in the first round, in units
- * of its line.  Halved in every round, it makes brackets close at most three
+ * of its line.  Halved in every round, it makes brackets close at most seven
  * rounds later than bisection would; until it is used up, the next place is the
  * straight line's root, a little beyond so that the bracket closes from the other
- * side too.  (I. Oliveira, R. Takahashi: "An enhancement of the bisection method
- * average performance preserving minmax optimality", 2020, with its projection
- * step.) */
-static const float FIRST_REACH = 4;
+ * side too.  Fewer rounds are not enough: where f has a kink, the first few go
+ * astray, and bisection takes longer than what follows them.  (I. Oliveira, R.
+ * Takahashi: "An enhancement of the bisection method average performance
+ * preserving minmax optimality", 2020, with its projection step.) */
+static const float FIRST_REACH = 64;
 
 /* Brackets that are narrow enough leave; those that are not move to the front. */
 static void drop_closed(zs_roots *r)

@@ -398,6 +398,33 @@ static void meshes_are_the_same_however_they_are_made(void **state)
 }
 
 /* Samples of one brick are taken once, roots take a few evaluations each. */
+/* Kernels round in their own ways: the surface is the same within that, but for
+ * noise, where one bit decides on a sharp edge; and always sound. */
+static void instruction_sets_agree(void **state)
+{
+  (void)state;
+  static const char *const isas[] = {"baseline", "avx2", "avx512"};
+  static const char *const formulas[] = {SPHERE, CUBE, NOISE};
+  zs_grid grid = cube_grid(-0.63, 0.85, 37);
+  for (size_t i = 0; i < sizeof formulas / sizeof *formulas; i++) {
+    zs_mesh_report first;
+    for (size_t isa = 0; isa < sizeof isas / sizeof *isas; isa++) {
+      setenv("ZEROSET_ISA", isas[isa], 1);
+      zs_mesh *mesh = polygonize(formulas[i], &grid, true, 2, false, NULL);
+      assert_sound(mesh);
+      assert_distinct(mesh);
+      zs_mesh_report report = check(mesh);
+      if (isa == 0)
+        first = report;
+      const double close = strcmp(formulas[i], NOISE) ? 1e-5 : 0.1;
+      assert_true(fabs(report.volume / first.volume - 1) < close);
+      assert_true(fabs(report.area / first.area - 1) < close);
+      zs_mesh_free(mesh);
+    }
+  }
+  unsetenv("ZEROSET_ISA");
+}
+
 static void evaluations_are_few(void **state)
 {
   (void)state;
@@ -436,7 +463,7 @@ static void a_sphere_has_few_slivers(void **state)
     }
     slivers += sharpest > cos(5 * PI / 180);
   }
-  assert_true((double)slivers < 0.003 * (double)mesh->triangle_count);
+  assert_true((double)slivers < 0.001 * (double)mesh->triangle_count);
   zs_mesh_free(mesh);
 }
 
@@ -535,6 +562,7 @@ int main(void)
     cmocka_unit_test(normals_are_unit_and_point_out),
     cmocka_unit_test(a_box_within_the_solid_is_exact),
     cmocka_unit_test(meshes_are_the_same_however_they_are_made),
+    cmocka_unit_test(instruction_sets_agree),
     cmocka_unit_test(evaluations_are_few),
     cmocka_unit_test(a_sphere_has_few_slivers),
     cmocka_unit_test(places_far_from_the_origin_are_sound),
