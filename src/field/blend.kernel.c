@@ -203,9 +203,37 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
   return risen(a, b, c, d < INFINITY ? rise : 0, d < INFINITY ? -e / s : 0, da, db);
 }
 
+/* The corrections by profile, sixteen at a time: what the values and their bounds
+ * are made of. */
+static inline zs_lanes quadratic_rise(zs_lanes d, numbers c)
+{
+  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
+  return h * h * zs_lanes_all(c.factor);
+}
+
+static inline zs_lanes cubic_rise(zs_lanes d, numbers c)
+{
+  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
+  const zs_lanes u = h * zs_lanes_all(c.factor);
+  return h * u * u * zs_lanes_all(1 / 6.0f);
+}
+
+static inline zs_lanes circular_rise(zs_lanes d, numbers c)
+{
+  const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
+  const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
+  const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
+  return zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
+}
+
+static inline zs_lanes chamfer_rise(zs_lanes d, numbers c)
+{
+  return zs_lanes_larger(zs_lanes_all(0.5f) * (zs_lanes_all(c.k) - d), zs_lanes_all(0));
+}
+
 /* ---- Blocks ------------------------------------------------------------------- */
 
-#define BLEND_KERNELS(NAME) \
+#define VALUE_KERNEL(NAME) \
   static void NAME##_value(const zs_block_arguments *x) \
   { \
     const numbers c = NAME##_numbers(x->data); \
@@ -217,7 +245,29 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
       float da, db; \
       out[i] = NAME(in_a[i], in_b[i], c, &da, &db); \
     } \
-  } \
+  }
+
+/* The smooth ones are worth explicit lanes. */
+#define SMOOTH_VALUE_KERNEL(NAME) \
+  static void smooth_##NAME##_value(const zs_block_arguments *x) \
+  { \
+    const numbers c = smooth_##NAME##_numbers(x->data); \
+    const size_t n = x->n; \
+    const float *in_a = x->in[0], *in_b = x->in[1]; \
+    float *out = x->out; \
+    if (c.side > 0) \
+      for (size_t i = 0; i < n; i += ZS_LANES) { \
+        const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i); \
+        zs_lanes_store(out + i, zs_lanes_larger(a, b) + NAME##_rise(zs_lanes_absolute(a - b), c)); \
+      } \
+    else \
+      for (size_t i = 0; i < n; i += ZS_LANES) { \
+        const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i); \
+        zs_lanes_store(out + i, zs_lanes_smaller(a, b) - NAME##_rise(zs_lanes_absolute(a - b), c)); \
+      } \
+  }
+
+#define GRADIENT_KERNEL(NAME) \
   static void NAME##_gradient(const zs_block_arguments *x) \
   { \
     const numbers c = NAME##_numbers(x->data); \
@@ -237,14 +287,22 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
       out[3 * ZS_BLOCK + i] = gz; \
     } \
   }
-BLEND_KERNELS(r_alpha)
-BLEND_KERNELS(r_m)
-BLEND_KERNELS(r_displaced)
-BLEND_KERNELS(smooth_quadratic)
-BLEND_KERNELS(smooth_cubic)
-BLEND_KERNELS(smooth_circular)
-BLEND_KERNELS(smooth_chamfer)
-BLEND_KERNELS(smooth_exponential)
+VALUE_KERNEL(r_alpha)
+VALUE_KERNEL(r_m)
+VALUE_KERNEL(r_displaced)
+VALUE_KERNEL(smooth_exponential)
+SMOOTH_VALUE_KERNEL(quadratic)
+SMOOTH_VALUE_KERNEL(cubic)
+SMOOTH_VALUE_KERNEL(circular)
+SMOOTH_VALUE_KERNEL(chamfer)
+GRADIENT_KERNEL(r_alpha)
+GRADIENT_KERNEL(r_m)
+GRADIENT_KERNEL(r_displaced)
+GRADIENT_KERNEL(smooth_quadratic)
+GRADIENT_KERNEL(smooth_cubic)
+GRADIENT_KERNEL(smooth_circular)
+GRADIENT_KERNEL(smooth_chamfer)
+GRADIENT_KERNEL(smooth_exponential)
 
 static void interpolation_value(const zs_block_arguments *x)
 {
@@ -360,33 +418,6 @@ static void r_displaced_bounds(const zs_bounds_arguments *x)
     zs_interval sum = zs_interval_add(r, rise);
     zs_interval_to_lane(x->out, l, (zs_interval){sum.lo - slack, sum.hi + slack});
   }
-}
-
-/* The corrections at both ends, by profile: as the block kernels compute them. */
-static inline zs_lanes quadratic_rise(zs_lanes d, numbers c)
-{
-  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
-  return h * h * zs_lanes_all(c.factor);
-}
-
-static inline zs_lanes cubic_rise(zs_lanes d, numbers c)
-{
-  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
-  const zs_lanes u = h * zs_lanes_all(c.factor);
-  return h * u * u * zs_lanes_all(1 / 6.0f);
-}
-
-static inline zs_lanes circular_rise(zs_lanes d, numbers c)
-{
-  const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
-  const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
-  const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
-  return zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
-}
-
-static inline zs_lanes chamfer_rise(zs_lanes d, numbers c)
-{
-  return zs_lanes_larger(zs_lanes_all(0.5f) * (zs_lanes_all(c.k) - d), zs_lanes_all(0));
 }
 
 /* The smooth maxima and minima grow with both operands. */

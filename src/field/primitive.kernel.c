@@ -208,22 +208,21 @@ static inline void find_rows(const zs_primitive *primitive, const zs_frame *fram
 static const double NOWHERE[3] = {0, 0, 0};
 
 /* In a frame, or of registers when it is NULL. */
-static inline map find_map(const zs_primitive *primitive, const zs_frame *frame)
+static inline void find_map(const zs_primitive *primitive, const zs_frame *frame, map *m)
 {
-  map m = {.kind = frame && frame->perspective ? PERSPECTIVE : AFFINE};
+  m->kind = frame && frame->perspective ? PERSPECTIVE : AFFINE;
   if (primitive->moved && (!frame || frame->parallel)) {
-    m.kind = MOVED;
-    find_offset(primitive, frame ? frame->origin : NOWHERE, m.constant);
-    return m;
+    m->kind = MOVED;
+    find_offset(primitive, frame ? frame->origin : NOWHERE, m->constant);
+    return;
   }
   zs_row row[3];
   find_rows(primitive, frame, row);
   for (int i = 0; i < 3; i++) {
-    m.constant[i] = zs_lanes_all(row[i].constant);
+    m->constant[i] = zs_lanes_all(row[i].constant);
     for (int j = 0; j < 3; j++)
-      m.k[i][j] = zs_lanes_all(row[i].k[j]);
+      m->k[i][j] = zs_lanes_all(row[i].k[j]);
   }
-  return m;
 }
 
 static inline point moved(const map *m, zs_lanes u, zs_lanes v, zs_lanes w)
@@ -261,11 +260,11 @@ typedef point mapping(const map *m, zs_lanes u, zs_lanes v, zs_lanes w);
 
 INLINE void fill_values(const zs_block_arguments *x, const map *m, mapping *at, shape *f, numbers s)
 {
-  for (unsigned i = 0; i < x->n; i += ZS_LANES)
-    zs_lanes_store(x->out + i,
-                   f(at(m, zs_lanes_load(x->in[0] + i), zs_lanes_load(x->in[1] + i),
-                        zs_lanes_load(x->in[2] + i)),
-                     s));
+  const float *u = x->in[0], *v = x->in[1], *w = x->in[2];
+  float *out = x->out;
+  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES)
+    zs_lanes_store(
+      out + i, f(at(m, zs_lanes_load(u + i), zs_lanes_load(v + i), zs_lanes_load(w + i)), s));
 }
 
 INLINE void values(const zs_block_arguments *x, const map *m, shape *f, numbers s)
@@ -296,9 +295,10 @@ static inline zs_lanes term(zs_lanes factor, const float *derivative)
 INLINE void fill_gradients(const zs_block_arguments *x, const map *m, mapping *where, shape *f,
                            shape_gradient *slope, numbers s, bool root)
 {
-  for (unsigned i = 0; i < x->n; i += ZS_LANES) {
-    const point at = where(m, zs_lanes_load(x->in[0] + i), zs_lanes_load(x->in[1] + i),
-                           zs_lanes_load(x->in[2] + i));
+  const float *u = x->in[0], *v = x->in[1], *w = x->in[2];
+  float *out = x->out;
+  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES) {
+    const point at = where(m, zs_lanes_load(u + i), zs_lanes_load(v + i), zs_lanes_load(w + i));
     const zs_lanes value = f(at, s);
     point g = slope(at, s);
     if (where == affine)
@@ -307,15 +307,14 @@ INLINE void fill_gradients(const zs_block_arguments *x, const map *m, mapping *w
       zs_lanes row[3];
       for (unsigned k = 0; k < 3; k++) {
         const size_t offset = (size_t)(k + 1) * ZS_BLOCK + i;
-        row[k] = term(g.x, x->in[0] + offset) + term(g.y, x->in[1] + offset) +
-                 term(g.z, x->in[2] + offset);
+        row[k] = term(g.x, u + offset) + term(g.y, v + offset) + term(g.z, w + offset);
       }
       g = (point){row[0], row[1], row[2]};
     }
-    zs_lanes_store(x->out + i, value);
-    zs_lanes_store(x->out + ZS_BLOCK + i, g.x);
-    zs_lanes_store(x->out + 2 * ZS_BLOCK + i, g.y);
-    zs_lanes_store(x->out + 3 * ZS_BLOCK + i, g.z);
+    zs_lanes_store(out + i, value);
+    zs_lanes_store(out + ZS_BLOCK + i, g.x);
+    zs_lanes_store(out + 2 * ZS_BLOCK + i, g.y);
+    zs_lanes_store(out + 3 * ZS_BLOCK + i, g.z);
   }
 }
 
@@ -435,12 +434,14 @@ INLINE void bounds(const zs_bounds_arguments *x, const zs_frame *frame, shape *f
 #define KERNELS(NAME, FORM, FRAME) \
   static void NAME##FORM##_value(const zs_block_arguments *x) \
   { \
-    const map m = find_map(x->data, FRAME); \
+    map m; \
+    find_map(x->data, FRAME, &m); \
     values(x, &m, NAME, NAME##_numbers(((const zs_primitive *)x->data)->parameter)); \
   } \
   static void NAME##FORM##_gradient(const zs_block_arguments *x) \
   { \
-    const map m = find_map(x->data, FRAME); \
+    map m; \
+    find_map(x->data, FRAME, &m); \
     gradients(x, &m, NAME, NAME##_gradient_at, \
               NAME##_numbers(((const zs_primitive *)x->data)->parameter), FRAME != NULL); \
   } \
