@@ -8,7 +8,7 @@ _zeroset()
     return
   fi
   case "$previous" in
-    --method) COMPREPLY=($(compgen -W "contour" -- "$word")); return ;;
+    --method) COMPREPLY=($(compgen -W "contour features" -- "$word")); return ;;
     --quantity) COMPREPLY=($(compgen -W "value inside" -- "$word")); return ;;
     --type) COMPREPLY=($(compgen -W "u8 i16 f32 f64" -- "$word")); return ;;
     --mode) COMPREPLY=($(compgen -W "shaded normals depth" -- "$word")); return ;;

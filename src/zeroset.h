@@ -258,13 +258,17 @@ typedef struct zs_job_report {
   unsigned threads;
 } zs_job_report;
 
-typedef enum zs_mesh_method { ZS_MESH_CONTOUR = 0, ZS_MESH_FEATURES = 1 } zs_mesh_method;
+typedef enum zs_mesh_method {
+  ZS_MESH_CONTOUR = 0,  /* vertices on the edges of the grid's cells, all on f = 0 */
+  ZS_MESH_FEATURES = 1, /* vertices within the cells, on sharp edges and corners where a cell has
+                           them: fewer slivers; on f = 0 but where an edge passes by a cell */
+} zs_mesh_method;
 
 typedef struct zs_mesh_options {
   zs_mesh_method method;
   bool normals;     /* unit vertex normals pointing out of the solid; true */
   bool cap;         /* close the surface where it meets the grid's faces; true */
-  bool creases;     /* vertices on sharp edges and corners, not only on the lattice; true */
+  bool creases;     /* ZS_MESH_CONTOUR: vertices on sharp edges and corners too; true */
   double tolerance; /* vertices lie this close to f = 0, in units of the grid's
                        longest side; 1e-6 */
 } zs_mesh_options;

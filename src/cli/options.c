@@ -244,7 +244,7 @@ static bool parse_allow_path(const cli_option *option, const char *text, cli_opt
 
 /* ---- The options ------------------------------------------------------- */
 
-static const char *const methods[] = {"contour", NULL};
+static const char *const methods[] = {"contour", "features", NULL};
 static const char *const quantities[] = {"value", "inside", NULL};
 static const char *const types[] = {"u8", "i16", "f32", "f64", NULL};
 static const char *const modes[] = {"shaded", "normals", "depth", NULL};
@@ -269,7 +269,7 @@ const cli_option cli_option_table[] = {
   {"cell", 'c', "SIZE", CLI_MESH | CLI_VOXEL, .parse = parse_cell,
    .help = "Size of a cell, one number or \"x y z\", instead of --resolution"},
   {"method", 0, "NAME", CLI_MESH, AT(method), methods, parse_choice,
-   "How the surface is found (default contour)"},
+   "How the surface is found; features makes sharper edges and fewer slivers (default contour)"},
   {"simplify", 0, "ERROR", CLI_MESH, .parse = parse_simplify,
    .help = "Remove triangles while the surface moves less than ERROR"},
   {"quantity", 0, "NAME", CLI_VOXEL | CLI_SLICE, AT(quantity), quantities, parse_choice,

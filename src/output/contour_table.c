@@ -61,6 +61,25 @@ static void cut_face(unsigned inside, unsigned axis, unsigned side, uint8_t next
   }
 }
 
+/* On one face, join the edge on which each run of inside corners ends to the
+ * edge on which the next one begins. */
+static void cut_face_apart(unsigned inside, unsigned axis, unsigned side,
+                           uint8_t next[ZS_CELL_EDGES])
+{
+  unsigned corners[4];
+  face_corners(axis, side, corners);
+  for (unsigned i = 0; i < 4; i++) {
+    unsigned last = corners[i], after = corners[(i + 1) % 4];
+    if (!(inside >> last & 1) || inside >> after & 1)
+      continue;
+    unsigned first = i + 2;
+    while (!(inside >> corners[first % 4] & 1))
+      first++;
+    next[edge_between(last, after)] =
+      (uint8_t)edge_between(corners[(first + 3) % 4], corners[first % 4]);
+  }
+}
+
 /* ---- Triangulating a loop ------------------------------------------------------- */
 
 /* Twice the middle of an edge: whole numbers. */
@@ -181,4 +200,54 @@ void zs_contour_table_make(zs_contour_table *table)
   memset(table, 0, sizeof *table);
   for (unsigned inside = 0; inside < ZS_CELL_CASES; inside++)
     make_case(inside, &table->cases[inside]);
+}
+
+/* ---- Loops of the dual mesh ------------------------------------------------------- */
+
+/* The loops of a case with one face, or none, cut the other way. */
+static void make_loops(unsigned inside, unsigned parted, zs_cell_loops *loops)
+{
+  uint8_t next[ZS_CELL_EDGES];
+  memset(next, NONE, sizeof next);
+  for (unsigned face = 0; face < ZS_NO_FACE; face++)
+    if (face == parted)
+      cut_face_apart(inside, face / 2, face % 2, next);
+    else
+      cut_face(inside, face / 2, face % 2, next);
+  for (unsigned edge = 0; edge < ZS_CELL_EDGES; edge++) {
+    if (next[edge] == NONE)
+      continue;
+    uint16_t *edges = &loops->edges[loops->count++];
+    for (unsigned at = edge; next[at] != NONE;) {
+      unsigned after = next[at];
+      *edges |= (uint16_t)(1u << at);
+      next[at] = NONE;
+      at = after;
+    }
+  }
+}
+
+/* The face all of whose edges belong to one loop. */
+static uint8_t face_met_twice(const zs_cell_loops *loops)
+{
+  for (unsigned face = 0; face < ZS_NO_FACE; face++)
+    for (unsigned l = 0; l < loops->count; l++) {
+      unsigned met = 0;
+      for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
+        met += loops->edges[l] >> e & faces_of(e) >> face & 1;
+      if (met == 4)
+        return (uint8_t)face;
+    }
+  return ZS_NO_FACE;
+}
+
+void zs_loop_table_make(zs_loop_table *table)
+{
+  memset(table, 0, sizeof *table);
+  for (unsigned inside = 0; inside < ZS_CELL_CASES; inside++) {
+    make_loops(inside, ZS_NO_FACE, &table->loops[inside]);
+    table->twice[inside] = face_met_twice(&table->loops[inside]);
+    if (table->twice[inside] != ZS_NO_FACE)
+      make_loops(inside, table->twice[inside], &table->parted[inside]);
+  }
 }

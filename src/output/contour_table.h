@@ -32,6 +32,28 @@ typedef struct zs_contour_table {
  * makes every mesh closed, manifold and oriented, whatever the signs are. */
 void zs_contour_table_make(zs_contour_table *table);
 
+enum { ZS_NO_FACE = 6 };
+
+/* The loops of a case as sets of edges, one bit each. */
+typedef struct zs_cell_loops {
+  uint8_t count;
+  uint16_t edges[ZS_CELL_LOOPS];
+} zs_cell_loops;
+
+/* The loops of the dual mesh, which has a vertex for every loop and joins those
+ * that meet in a cell face.  Where a loop meets such a face twice, and its
+ * neighbour as well, they would be joined twice, and the mesh would be no
+ * manifold: there both have to cut off the runs of outside corners instead,
+ * which parts either into two. */
+typedef struct zs_loop_table {
+  zs_cell_loops loops[ZS_CELL_CASES];
+  uint8_t twice[ZS_CELL_CASES]; /* the face, 2 * axis + side, that one loop meets twice; or
+                                   ZS_NO_FACE */
+  zs_cell_loops parted[ZS_CELL_CASES]; /* with that face cut the other way */
+} zs_loop_table;
+
+void zs_loop_table_make(zs_loop_table *table);
+
 /* The corner that edge e starts at; it ends one step along axis e / 4. */
 unsigned zs_cell_edge_start(unsigned edge);
 

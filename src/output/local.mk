@@ -14,6 +14,9 @@ zs_sources += \
   src/output/polygonize_cells.c \
   src/output/polygonize_creases.c \
   src/output/polygonize_distinct.c \
+  src/output/polygonize_features.c \
+  src/output/polygonize_features_quads.c \
+  src/output/polygonize_features_vertices.c \
   src/output/polygonize_roots.c \
   src/output/polygonize_roots.h \
   src/output/polygonize_rows.c \

@@ -1,8 +1,9 @@
 /* The polygonizer: a closed, oriented, manifold mesh of f = 0 in a grid.
  *
  * Method `contour`: cells of a lattice, a derived table of their triangles,
- * certified roots on their edges, and further vertices on sharp edges.  The order
- * of vertices and triangles depends on the lattice alone, so that any number of
+ * certified roots on their edges, and further vertices on sharp edges.  Method
+ * `features`: the dual mesh, with a vertex within each cell.  The order of
+ * vertices and triangles depends on the lattice alone, so that any number of
  * threads gives the same mesh. */
 #include "output/polygonize.h"
 
@@ -74,9 +75,8 @@ bool zs_polygonize_each(zs_polygonize_job *job, const char *stage, double from, 
 
 static bool check_options(const zs_mesh_options *options, zs_diag *diag)
 {
-  if (options->method != ZS_MESH_CONTOUR)
-    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
-                   "the mesh method 'features' is not available; expected 'contour'");
+  if (options->method != ZS_MESH_CONTOUR && options->method != ZS_MESH_FEATURES)
+    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL, "%d is not a mesh method", (int)options->method);
   if (!(options->tolerance >= FINEST_TOLERANCE && options->tolerance <= COARSEST_TOLERANCE))
     return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
                    "the tolerance is %g; expected %g to %g of the grid's longest side",
@@ -166,6 +166,12 @@ static bool fail_empty(const zs_polygonize_job *job)
                  "elsewhere, or thinner than a cell");
 }
 
+/* Whether normals are needed, whatever becomes of them. */
+static bool needs_normals(const zs_polygonize_job *job)
+{
+  return job->normals || job->creases || job->features;
+}
+
 /* Count vertices and triangles by brick, and number them. */
 static bool number(zs_polygonize_job *job)
 {
@@ -181,8 +187,10 @@ static bool number(zs_polygonize_job *job)
   }
   if (!job->triangle_count)
     return fail_empty(job);
-  double bytes = (double)job->vertex_count * (job->normals || job->creases ? 24 : 12) +
+  double bytes = (double)job->vertex_count * (needs_normals(job) ? 24 : 12) +
                  (double)job->triangle_count * 12;
+  if (job->features) /* there are about as many loops as crossing edges */
+    bytes += (double)job->vertex_count * (24 + sizeof(zs_patch));
   return use_bytes(job, bytes);
 }
 
@@ -265,20 +273,41 @@ static bool mend_normals(zs_mesh *mesh)
 
 /* ---- The job --------------------------------------------------------------------------- */
 
+/* Method `contour`, from the lattice on. */
+static bool run_contour(zs_polygonize_job *job, double *evaluated)
+{
+  /* Creases add to both: room for triangles is found when all are counted. */
+  job->mesh = zs_mesh_new(job->vertex_count, 0, needs_normals(job), job->diag);
+  if (!job->mesh || !zs_polygonize_vertices(job) ||
+      (job->creases && !zs_polygonize_creases(job)))
+    return false;
+  *evaluated = zs_seconds();
+  return zs_mesh_resize(job->mesh, job->vertex_count, job->triangle_count, job->diag) &&
+         zs_polygonize_triangles(job);
+}
+
+/* Method `features`: the mesh is that of the vertices on crossing edges first. */
+static bool run_features(zs_polygonize_job *job, double *evaluated)
+{
+  job->mesh = zs_mesh_new(job->vertex_count, 0, true, job->diag);
+  if (!job->mesh || !zs_polygonize_vertices(job) || !zs_polygonize_patches(job) ||
+      !zs_polygonize_patch_vertices(job))
+    return false;
+  *evaluated = zs_seconds();
+  if (!zs_polygonize_quads(job))
+    return false;
+  zs_mesh_free(job->mesh);
+  job->mesh = job->dual;
+  job->dual = NULL;
+  return true;
+}
+
 static bool run(zs_polygonize_job *job, double *evaluated)
 {
   zs_contour_table_make(&job->cases);
   if (!allocate(job) || !zs_polygonize_sample(job) || !number(job))
     return false;
-  /* Creases add to both: room for triangles is found when all are counted. */
-  job->mesh = zs_mesh_new(job->vertex_count, 0, job->normals || job->creases, job->diag);
-  if (!job->mesh || !zs_polygonize_vertices(job))
-    return false;
-  if (job->creases && !zs_polygonize_creases(job))
-    return false;
-  *evaluated = zs_seconds();
-  if (!zs_mesh_resize(job->mesh, job->vertex_count, job->triangle_count, job->diag) ||
-      !zs_polygonize_triangles(job))
+  if (!(job->features ? run_features(job, evaluated) : run_contour(job, evaluated)))
     return false;
   if (!job->normals) {
     free(job->mesh->normals);
@@ -304,6 +333,7 @@ static void finish(zs_polygonize_job *job, zs_job_report *report)
   }
   report->peak_bytes = job->used_bytes;
   report->threads = job->threads;
+  zs_mesh_free(job->dual);
   free(job->workers);
   free(job->programs);
   free(job->active);
@@ -330,6 +360,7 @@ zs_mesh *zs_polygonize(zs_field *field, const zs_grid *grid, const zs_mesh_optio
                              .cap = options->cap,
                              .normals = options->normals,
                              .creases = options->creases,
+                             .features = options->method == ZS_MESH_FEATURES,
                              .threads = zs_control_threads(control)};
   set_lattice(job, grid, options->tolerance);
   zs_job_report done = {0};

@@ -51,6 +51,15 @@ typedef struct zs_normal_box {
   float lo[3], hi[3]; /* lo > hi: empty */
 } zs_normal_box;
 
+/* The surface in a cell, of which the features method makes one vertex: a loop of
+ * crossing edges (see polygonize_features.c). */
+typedef struct zs_patch {
+  uint16_t cell;  /* 256 z + 16 y + x in its brick */
+  uint16_t edges; /* of the loop, one bit each */
+  bool sharp;     /* its vertex lies on a sharp edge or corner */
+  bool folded;    /* faces around it overlap */
+} zs_patch;
+
 typedef struct zs_brick zs_brick;
 struct zs_brick {
   uint32_t index[3];
@@ -71,6 +80,11 @@ struct zs_brick {
   /* Boxes that hold the normals of its vertices: of all, and by axis of those in
    * its lower side across the axis. */
   zs_normal_box all_normals, side_normals[3];
+  zs_patch *patches; /* in ascending order of cells */
+  const uint16_t *patch_rows; /* patches of the rows of cells before; one more */
+  uint32_t patch_count;
+  size_t first_patch; /* the vertex of the first one */
+  bool unfolded; /* vertices of it were moved since its faces were written */
   bool sampled; /* false: bounds know that all of it is inside */
   bool at_face; /* some of its edges or cells may lead to pads */
 };
@@ -89,6 +103,7 @@ typedef struct zs_polygonize_job {
   const zs_control *control;
   zs_diag *diag;
   bool cap, normals, creases;
+  bool features; /* a vertex for every loop of a cell, not for every crossing edge */
   unsigned threads;
   double tolerance;  /* of vertices, in scene units */
   double apart;      /* least distance of a vertex from the ends of its edge */
@@ -102,9 +117,11 @@ typedef struct zs_polygonize_job {
   zs_brick outside, inside;
   zs_brick **active; /* bricks that hold data of their own, in order of the table */
   size_t active_count, vertex_count, triangle_count; /* creases included once known */
+  size_t patch_count;
   zs_polygonize_worker *workers;
   zs_arena *programs; /* one per thread: the bricks' programs */
-  zs_mesh *mesh;
+  zs_mesh *mesh; /* its vertices lie on the crossing edges */
+  zs_mesh *dual; /* of the features method, with those of the patches */
   uint64_t used_bytes; /* working memory besides the arenas */
 } zs_polygonize_job;
 
@@ -206,12 +223,18 @@ bool zs_brick_is_pad_cell(const zs_polygonize_job *job, const zs_brick *brick, u
 /* The active cells of all rows. */
 void zs_brick_find_cells(const zs_polygonize_job *job, const zs_brick *brick,
                          const zs_brick_rows rows, zs_row_bits cells);
+/* The edges of a cell that lead to pads, one bit each. */
+unsigned zs_brick_pad_edges(const zs_polygonize_job *job, const zs_brick *brick,
+                            const unsigned cell[3]);
 static inline unsigned zs_brick_cell_case(const zs_brick_rows rows, unsigned x, unsigned y,
                                           unsigned z)
 {
   return (rows[z][y] >> x & 3) | (rows[z][y + 1] >> x & 3) << 2 | (rows[z + 1][y] >> x & 3) << 4 |
          (rows[z + 1][y + 1] >> x & 3) << 6;
 }
+
+/* The case of a cell anywhere, by its lattice index. */
+unsigned zs_lattice_cell_case(const zs_polygonize_job *job, const uint32_t cell[3]);
 
 /* ---- Stages ------------------------------------------------------------------- */
 
@@ -248,5 +271,18 @@ bool zs_crease_between(const float a[3], const float b[3]);
 
 /* Write the triangles.  False after reporting. */
 bool zs_polygonize_triangles(zs_polygonize_job *job);
+
+/* ---- Stages of the features method -------------------------------------------- */
+
+/* From vertices on crossing edges to the dual mesh: find the loops of all cells, a
+ * vertex for each, and two triangles for every crossing edge.  False after
+ * reporting. */
+bool zs_polygonize_patches(zs_polygonize_job *job);
+bool zs_polygonize_patch_vertices(zs_polygonize_job *job);
+bool zs_polygonize_quads(zs_polygonize_job *job);
+
+/* Move the vertices of folded patches to the middle of their loops; says whether
+ * there were any.  False after reporting. */
+bool zs_polygonize_unfold(zs_polygonize_job *job, bool *any);
 
 #endif

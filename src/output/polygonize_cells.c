@@ -48,14 +48,14 @@ static bool local_is(const zs_polygonize_job *job, const zs_brick *brick, int ax
   return is(job, axis, zs_lattice_index(brick, axis, local));
 }
 
-/* Take edges without a vertex of their own off a brick.  A corner of the solid on two or three faces of
- * the grid has an edge to a pad across each of them, all cut at the corner
- * itself: only the edge across the first face has a vertex.  Without caps edges
- * to pads have none. */
+/* Take edges without a vertex of their own off a brick.  A corner of the solid on
+ * two or three faces of the grid has an edge to a pad across each of them, all cut
+ * at the corner itself: only the edge across the first face has a vertex, unless
+ * edges are to become faces.  Without caps edges to pads have none. */
 static void leave_out_pads(const zs_polygonize_job *job, zs_brick *brick)
 {
   const uint32_t to_pad = plane_bits(job, brick, zs_lattice_pad_edge);
-  const uint32_t on_face = plane_bits(job, brick, zs_lattice_on_face);
+  const uint32_t on_face = job->features ? 0 : plane_bits(job, brick, zs_lattice_on_face);
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
     unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
     if (!job->cap)
@@ -64,7 +64,9 @@ static void leave_out_pads(const zs_polygonize_job *job, zs_brick *brick)
       brick->crossing[1][row] &= (uint16_t)(job->cap ? ~on_face : 0);
     if (local_is(job, brick, 2, z, zs_lattice_pad_edge))
       brick->crossing[2][row] &=
-        (uint16_t)(job->cap && !local_is(job, brick, 1, y, zs_lattice_on_face) ? ~on_face : 0);
+        (uint16_t)(job->cap && (job->features || !local_is(job, brick, 1, y, zs_lattice_on_face))
+                     ? ~on_face
+                     : 0);
   }
 }
 
@@ -82,15 +84,40 @@ bool zs_brick_is_pad_cell(const zs_polygonize_job *job, const zs_brick *brick, u
          local_is(job, brick, 2, z, is_pad_cell);
 }
 
+unsigned zs_brick_pad_edges(const zs_polygonize_job *job, const zs_brick *brick,
+                            const unsigned cell[3])
+{
+  unsigned edges = 0;
+  for (int axis = 0; axis < 3; axis++)
+    if (local_is(job, brick, axis, cell[axis], is_pad_cell))
+      edges |= 0xfu << 4 * axis;
+  return edges;
+}
+
+unsigned zs_lattice_cell_case(const zs_polygonize_job *job, const uint32_t cell[3])
+{
+  unsigned inside = 0;
+  for (unsigned c = 0; c < 8; c++) {
+    uint32_t at[3], index[3];
+    for (unsigned k = 0; k < 3; k++) {
+      at[k] = cell[k] + (c >> k & 1);
+      index[k] = at[k] / ZS_BRICK;
+    }
+    unsigned row = at[2] % ZS_BRICK * ZS_BRICK + at[1] % ZS_BRICK;
+    inside |= (zs_lattice_brick(job, index)->signs[row] >> at[0] % ZS_BRICK & 1u) << c;
+  }
+  return inside;
+}
+
 /* Cells outside two or three faces of the grid have no triangles: their vertices
- * coincide. */
+ * coincide.  As vertices of the features method they are needed. */
 uint32_t zs_brick_active_cells(const zs_polygonize_job *job, const zs_brick *brick,
                                const zs_brick_rows rows, unsigned y, unsigned z)
 {
   uint32_t any = rows[z][y] | rows[z][y + 1] | rows[z + 1][y] | rows[z + 1][y + 1];
   uint32_t all = rows[z][y] & rows[z][y + 1] & rows[z + 1][y] & rows[z + 1][y + 1];
   uint32_t active = (any | any >> 1) & ~(all & all >> 1) & 0xffff;
-  if (!active || !brick->at_face)
+  if (!active || !brick->at_face || job->features)
     return active;
   unsigned outer = (unsigned)local_is(job, brick, 1, y, is_pad_cell) +
                    (unsigned)local_is(job, brick, 2, z, is_pad_cell);
@@ -119,6 +146,9 @@ void zs_polygonize_count(const zs_polygonize_job *job, zs_brick *brick)
   if (brick->at_face)
     leave_out_pads(job, brick);
   brick->vertex_count = kernels->first((const zs_row_bits *)brick->crossing, brick->first);
+  brick->triangle_count = 2 * brick->vertex_count; /* of the features method */
+  if (job->features)
+    return;
   zs_brick_find_cells(job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
   brick->triangle_count = 0;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
@@ -221,7 +251,7 @@ void zs_brick_number_edges(const zs_polygonize_job *job, const zs_brick *brick,
     if (owner->vertex_count)
       number_owned(owner, d, numbers);
   }
-  if (job->cap && brick->at_face && touches_two_faces(job, brick))
+  if (job->cap && !job->features && brick->at_face && touches_two_faces(job, brick))
     share_numbers(job, brick, numbers);
 }
 

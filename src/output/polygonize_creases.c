@@ -333,18 +333,8 @@ static void look(const settling *s)
 /* Whether the corners of a cell, by lattice index, have different signs. */
 static bool holds_surface(const zs_polygonize_job *job, const uint32_t cell[3])
 {
-  unsigned inside = 0;
-  for (unsigned c = 0; c < 8; c++) {
-    uint32_t at[3], index[3];
-    for (unsigned k = 0; k < 3; k++) {
-      at[k] = cell[k] + (c >> k & 1);
-      index[k] = at[k] / ZS_BRICK;
-    }
-    const zs_brick *owner = zs_lattice_brick(job, index);
-    unsigned row = at[2] % ZS_BRICK * ZS_BRICK + at[1] % ZS_BRICK;
-    inside += owner->signs[row] >> at[0] % ZS_BRICK & 1;
-  }
-  return inside != 0 && inside != 8;
+  unsigned inside = zs_lattice_cell_case(job, cell);
+  return inside != 0 && inside != ZS_CELL_CASES - 1;
 }
 
 /* Lattice coordinate of a place in the brick's frame, from the brick's first

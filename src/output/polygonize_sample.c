@@ -255,6 +255,9 @@ static void repel(const sampling *s)
   sampler *w = s->worker->scratch;
   range free = s->real;
   zs_row_bits close;
+  w->candidates = w->moved_count = 0;
+  if (s->job->features) /* its vertices lie within cells, wherever edges are cut */
+    return;
   for (int k = 0; k < 3; k++) {
     free.lo[k] += zs_lattice_on_face(s->job, k, zs_lattice_index(s->brick, k, free.lo[k]));
     if (free.hi[k] > free.lo[k])
@@ -262,7 +265,6 @@ static void repel(const sampling *s)
   }
   s->rows->close(w->f, (const zs_row_bits *)w->crossing, s->per_cell, SLOPE_MARGIN * s->reach,
                  close);
-  w->candidates = w->moved_count = 0;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned bits = close[row] ? close[row] & row_mask(&free, row) : 0; bits;
          bits &= bits - 1) {

@@ -68,7 +68,8 @@ static void find_normals(const solving *s)
 /* ---- Caps --------------------------------------------------------------------------------- */
 
 /* The vertex of an edge to a pad lies at the corner on the grid's face; its
- * normal is that of the face, or of the faces that meet there. */
+ * normal is that of the face, or of all faces that meet there when they share
+ * it. */
 static void place_cap_vertex(const zs_polygonize_job *job, const zs_brick *brick,
                              const unsigned start[3], unsigned axis, size_t number)
 {
@@ -79,6 +80,8 @@ static void place_cap_vertex(const zs_polygonize_job *job, const zs_brick *brick
       i = 1;
     job->mesh->positions[3 * number + k] = (float)zs_lattice_place(job, (int)k, i);
     normal[k] = i == 1 ? -1 : i == job->corners[k] - 2 ? 1 : 0;
+    if (job->features && k != axis)
+      normal[k] = 0;
     square += normal[k] * normal[k];
   }
   for (unsigned k = 0; job->mesh->normals && k < 3; k++)

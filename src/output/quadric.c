@@ -5,8 +5,9 @@
 #include <string.h>
 
 /* Directions in which planes say less than this part of what they say in the
- * best one are left alone. */
-static const double INFORMATIVE = 0.02;
+ * best one are left alone.  In a side of the box even an edge has one place that
+ * is best, which the planes tell less clearly the flatter they cut the side. */
+static const double INFORMATIVE = 0.02, INFORMATIVE_WITHIN = 0.002;
 
 void zs_quadric_add(zs_quadric *q, const float normal[3], double distance)
 {
@@ -86,7 +87,7 @@ void zs_quadric_solve(const double a[3][3], const double b[2][3], double place[2
 typedef struct search {
   const zs_quadric *quadric;
   const double *lo, *hi;
-  double informative; /* least eigenvalue that counts */
+  double largest; /* eigenvalue */
   double least, best[3];
 } search;
 
@@ -94,6 +95,8 @@ typedef struct search {
  * box. */
 static void solve(const search *s, const bool fixed[3], double x[3])
 {
+  const bool bound = fixed[0] || fixed[1] || fixed[2];
+  const double informative = s->largest * (bound ? INFORMATIVE_WITHIN : INFORMATIVE);
   double a[3][3], v[3][3], rest[3] = {0};
   for (int k = 0; k < 3; k++) {
     for (int l = 0; l < 3; l++)
@@ -107,7 +110,7 @@ static void solve(const search *s, const bool fixed[3], double x[3])
   }
   zs_symmetric_diagonalize(a, v);
   for (int k = 0; k < 3; k++) {
-    if (!(a[k][k] > s->informative))
+    if (!(a[k][k] > informative))
       continue;
     double along = (v[0][k] * rest[0] + v[1][k] * rest[1] + v[2][k] * rest[2]) / a[k][k];
     for (int l = 0; l < 3; l++)
@@ -167,7 +170,7 @@ unsigned zs_quadric_minimize(const zs_quadric *quadric, const double lo[3], cons
   search s = {.quadric = quadric,
               .lo = lo,
               .hi = hi,
-              .informative = INFORMATIVE * largest,
+              .largest = largest,
               .least = INFINITY,
               .best = {place[0], place[1], place[2]}};
   descend(&s, fixed, place);

@@ -170,7 +170,7 @@ static void test_wrong_command_lines(void **state)
     {"mesh|s.xml|-o|p.stl|--memory|much", "--memory: 'much'"},
     {"mesh|s.xml|-o|p.stl|--memory|-1G", "--memory: '-1G'"},
     {"mesh|s.xml|-o|p.stl|--memory|1Q", "--memory: '1Q'"},
-    {"mesh|s.xml|-o|p.stl|--method|magic", "expected contour"},
+    {"mesh|s.xml|-o|p.stl|--method|magic", "expected contour or features"},
     {"mesh|s.xml|-o|p.stl|--simplify|-1", "--simplify: '-1'"},
     {"mesh|s.xml|-o|p.stl|--report|xml", "expected json"},
     {"mesh|s.xml|-o|p.stl|--bounds|0 0 0 1 1", "--bounds"},

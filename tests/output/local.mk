@@ -2,9 +2,13 @@
 
 zs_tests += tests/output/test_contour_table
 tests_output_test_contour_table_SOURCES = tests/output/test_contour_table.c
+zs_tests += tests/output/test_features
+tests_output_test_features_SOURCES = \
+  tests/output/test_features.c tests/output/formula.h tests/output/meshes.h tests/random.h
 zs_tests += tests/output/test_polygonize
 tests_output_test_polygonize_SOURCES = \
-  tests/output/test_polygonize.c tests/output/formula.h tests/random.h
+  tests/output/test_polygonize.c tests/output/formula.h tests/output/meshes.h \
+  tests/random.h
 
 zs_tests += \
   tests/output/test_grid \

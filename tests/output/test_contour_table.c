@@ -210,6 +210,46 @@ static void triangles_face_outward(void **state)
     }
 }
 
+/* The loops of the dual mesh are those of the triangles, as sets; and with the
+ * face that one loop meets twice cut the other way, none meets any face twice. */
+static void dual_loops_meet_faces_once(void **state)
+{
+  (void)state;
+  zs_contour_table contour;
+  zs_loop_table table;
+  zs_contour_table_make(&contour);
+  zs_loop_table_make(&table);
+  unsigned parted = 0;
+  for (unsigned inside = 0; inside < ZS_CELL_CASES; inside++) {
+    const zs_cell_case *cell = &contour.cases[inside];
+    const uint8_t *loop = cell->loops;
+    assert_int_equal(table.loops[inside].count, cell->loop_count);
+    for (unsigned l = 0; l < cell->loop_count; loop += cell->loop_lengths[l++]) {
+      unsigned edges = 0;
+      for (unsigned i = 0; i < cell->loop_lengths[l]; i++)
+        edges |= 1u << loop[i];
+      assert_int_equal(table.loops[inside].edges[l], edges);
+    }
+    bool twice = table.twice[inside] != ZS_NO_FACE;
+    parted += twice;
+    const zs_cell_loops *loops = twice ? &table.parted[inside] : &table.loops[inside];
+    unsigned all = 0;
+    for (unsigned l = 0; l < loops->count; l++) {
+      assert_true((all & loops->edges[l]) == 0);
+      all |= loops->edges[l];
+      for (unsigned face = 0; face < ZS_NO_FACE; face++) {
+        unsigned met = 0;
+        for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
+          met += (loops->edges[l] >> e & 1) && (faces_of(e) >> face & 1);
+        assert_true(met == 0 || met == 2);
+      }
+    }
+    for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
+      assert_int_equal(all >> e & 1, crosses(inside, e));
+  }
+  assert_int_equal(parted, 36);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -220,6 +260,7 @@ int main(void)
     cmocka_unit_test(a_vertex_has_one_fan_in_a_cell),
     cmocka_unit_test(loops_outline_their_triangles),
     cmocka_unit_test(triangles_face_outward),
+    cmocka_unit_test(dual_loops_meet_faces_once),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,8 +1,5 @@
 /* The polygonizer: topology whatever the field, measures, accuracy. */
-#include "../random.h"
-#include "formula.h"
-
-#include "mesh/mesh.h"
+#include "meshes.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -20,71 +17,11 @@ static const double PI = 3.14159265358979323846;
 static const char SPHERE[] = "0.8 - sqrt(x*x + y*y + z*z)";
 static const char TORUS[] = "0.25 - hypot(hypot(x, y) - 0.6, z)";
 static const char CUBE[] = "min(min(0.7 - abs(x), 0.6 - abs(y)), 0.5 - abs(z))";
-/* Sign changes everywhere, of no use to anyone: what topology has to survive. */
-static const char NOISE[] =
-  "sin(391*x + 17*sin(233*y + 51*z)) + sin(417*y + 23*sin(279*z + 77*x)) + sin(353*z + 80*x*y)";
-
-static zs_grid cube_grid(double lo, double hi, uint32_t resolution)
-{
-  zs_grid grid = {.lo = {lo, lo, lo}, .count = {resolution, resolution, resolution}};
-  for (int k = 0; k < 3; k++)
-    grid.cell[k] = (hi - lo) / resolution;
-  return grid;
-}
 
 static zs_mesh *polygonize(const char *formula, const zs_grid *grid, bool cap, unsigned threads,
                            bool brute, zs_job_report *report)
 {
-  zs_field *field = formula_field(formula);
-  assert_non_null(field);
-  zs_mesh_options options;
-  zs_mesh_options_init(&options);
-  options.cap = cap;
-  zs_control control;
-  zs_control_init(&control);
-  control.threads = threads;
-  control.brute = brute;
-  zs_mesh *mesh = zs_polygonize(field, grid, &options, &control, report, NULL);
-  zs_field_unref(field);
-  return mesh;
-}
-
-static zs_mesh_report check(const zs_mesh *mesh)
-{
-  zs_mesh_report report;
-  assert_true(zs_mesh_check(mesh, &report, NULL));
-  return report;
-}
-
-static void assert_sound(const zs_mesh *mesh)
-{
-  assert_non_null(mesh);
-  zs_mesh_report report = check(mesh);
-  assert_true(report.closed);
-  assert_true(report.manifold);
-  assert_true(report.oriented);
-  assert_true(report.volume > 0);
-  for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
-    assert_true(mesh->triangles[i] < mesh->vertex_count);
-}
-
-static int compare_points(const void *a, const void *b)
-{
-  return memcmp(a, b, 3 * sizeof(float));
-}
-
-/* No two vertices coincide, or welding (STL) would pinch the surface. */
-static void assert_distinct(const zs_mesh *mesh)
-{
-  size_t n = mesh->vertex_count;
-  float *copy = malloc(3 * n * sizeof *copy);
-  assert_non_null(copy);
-  for (size_t i = 0; i < 3 * n; i++)
-    copy[i] = mesh->positions[i] == 0 ? 0 : mesh->positions[i]; /* -0 is 0 */
-  qsort(copy, n, 3 * sizeof *copy, compare_points);
-  for (size_t i = 1; i < n; i++)
-    assert_int_not_equal(compare_points(copy + 3 * i, copy + 3 * (i - 1)), 0);
-  free(copy);
+  return mesh_formula(formula, grid, ZS_MESH_CONTOUR, cap, threads, brute, report);
 }
 
 /* Whatever the field and wherever the grid cuts it: sound, and still so when
@@ -99,33 +36,13 @@ static void every_mesh_is_a_closed_manifold(void **state)
   static const double boxes[][2] = {{-1, 1}, {-0.63, 0.71}, {-0.5, 0.5}};
   for (size_t i = 0; i < sizeof formulas / sizeof *formulas; i++)
     for (size_t b = 0; b < 3; b++)
-      for (uint32_t resolution = 2; resolution <= 46; resolution += 11) {
-        zs_grid grid = cube_grid(boxes[b][0], boxes[b][1], resolution);
-        zs_mesh *mesh = polygonize(formulas[i], &grid, true, 2, false, NULL);
-        if (!mesh && resolution == 2)
-          continue; /* too coarse to hit the solid */
-        assert_sound(mesh);
-        assert_distinct(mesh);
-        zs_mesh_free(mesh);
-      }
+      assert_sound_in(formulas[i], ZS_MESH_CONTOUR, boxes[b], 11);
 }
 
-/* Noise on grids of random shape: caps and bricks at all alignments. */
 static void grids_of_any_shape_are_sound(void **state)
 {
   (void)state;
-  uint64_t seed = 5;
-  for (int i = 0; i < 60; i++) {
-    zs_grid grid = {.lo = {-0.4, -0.3, -0.2}};
-    for (int k = 0; k < 3; k++) {
-      grid.count[k] = 1 + random_below(&seed, 36);
-      grid.cell[k] = random_between(&seed, 0.01, 0.04);
-    }
-    zs_mesh *mesh = polygonize(NOISE, &grid, true, 2, false, NULL);
-    assert_sound(mesh);
-    assert_distinct(mesh);
-    zs_mesh_free(mesh);
-  }
+  assert_noise_is_sound(ZS_MESH_CONTOUR);
 }
 
 /* Without caps only the box's faces bound the surface. */
@@ -135,7 +52,7 @@ static void open_meshes_end_at_the_box(void **state)
   zs_grid grid = cube_grid(-0.5, 0.5, 24);
   zs_mesh *mesh = polygonize(NOISE, &grid, false, 2, false, NULL);
   assert_non_null(mesh);
-  zs_mesh_report report = check(mesh);
+  zs_mesh_report report = check_mesh(mesh);
   assert_false(report.closed);
   assert_true(report.manifold);
   assert_true(report.oriented);
@@ -174,7 +91,7 @@ static void measures_converge_to_closed_forms(void **state)
       zs_grid grid = cube_grid(-1.013, 1.009, 32u << level);
       zs_mesh *mesh = polygonize(solid->formula, &grid, true, 2, false, NULL);
       assert_sound(mesh);
-      zs_mesh_report report = check(mesh);
+      zs_mesh_report report = check_mesh(mesh);
       assert_int_equal(report.components, 1);
       assert_int_equal(report.euler_characteristic, solid->euler_characteristic);
       error[level] = fabs(report.volume / solid->volume - 1);
@@ -204,13 +121,13 @@ static void sharp_edges_are_kept(void **state)
     zs_grid grid = cube_grid(-1.113, 1.109, resolution);
     zs_mesh *mesh = polygonize(CUBE, &grid, true, 2, false, NULL);
     assert_sound(mesh);
-    zs_mesh_report report = check(mesh);
+    zs_mesh_report report = check_mesh(mesh);
     assert_true(fabs(report.volume / 1.68 - 1) < 1e-5);
     assert_true(fabs(report.area / 8.56 - 1) < 1e-5);
     zs_mesh_free(mesh);
     mesh = polygonize(tilted, &grid, true, 2, false, NULL);
     assert_sound(mesh);
-    report = check(mesh);
+    report = check_mesh(mesh);
     assert_int_equal(report.euler_characteristic, 2);
     assert_true(fabs(report.volume / 1.728 - 1) < 0.15 / resolution);
     assert_true(fabs(report.area / 8.64 - 1) < 0.15 / resolution);
@@ -328,7 +245,7 @@ static void a_box_within_the_solid_is_exact(void **state)
       zs_mesh *mesh = polygonize("4 - x*x - y*y - z*z", &grid, true, 2, brute, NULL);
       assert_sound(mesh);
       assert_distinct(mesh);
-      zs_mesh_report report = check(mesh);
+      zs_mesh_report report = check_mesh(mesh);
       assert_true(fabs(report.volume - 0.421875) < 1e-12);
       assert_true(fabs(report.area - 6 * 0.5625) < 1e-12);
       assert_int_equal(report.euler_characteristic, 2);
@@ -345,56 +262,14 @@ static void a_box_within_the_solid_is_exact(void **state)
     }
 }
 
-static void assert_same(const zs_mesh *a, const zs_mesh *b)
-{
-  assert_non_null(a);
-  assert_non_null(b);
-  assert_int_equal(a->vertex_count, b->vertex_count);
-  assert_int_equal(a->triangle_count, b->triangle_count);
-  assert_memory_equal(a->positions, b->positions, 12 * a->vertex_count);
-  assert_memory_equal(a->normals, b->normals, 12 * a->vertex_count);
-  assert_memory_equal(a->triangles, b->triangles, 12 * a->triangle_count);
-}
-
-/* The same surface to a part of a cell, connected in the same way: where bounds
- * stand in for values, roots are looked for from other places, and corners are
- * moved a little differently. */
-static void assert_alike(const zs_mesh *a, const zs_mesh *b, double cell)
-{
-  assert_non_null(a);
-  assert_non_null(b);
-  const zs_mesh_report ra = check(a), rb = check(b);
-  assert_int_equal(ra.euler_characteristic, rb.euler_characteristic);
-  assert_int_equal(ra.components, rb.components);
-  assert_true(fabs(ra.volume - rb.volume) < 1e-3 * ra.volume);
-  assert_true(fabs(ra.area - rb.area) < 1e-3 * ra.area);
-  if (a->vertex_count != b->vertex_count) /* creases can tip over */
-    return;
-  for (size_t i = 0; i < 3 * a->vertex_count; i++)
-    assert_true(fabsf(a->positions[i] - b->positions[i]) < cell);
-}
-
 /* The number of threads does not change a byte, nor pruning the surface. */
 static void meshes_are_the_same_however_they_are_made(void **state)
 {
   (void)state;
   static const char *const formulas[] = {SPHERE, TORUS, CUBE,
                                          "min(0.9 - sqrt(x*x + y*y + z*z), sin(7*x)*sin(8*y)*z)"};
-  for (size_t i = 0; i < sizeof formulas / sizeof *formulas; i++) {
-    zs_grid grid = cube_grid(-0.77, 0.91, 70);
-    zs_job_report pruned, brute;
-    zs_mesh *reference = polygonize(formulas[i], &grid, true, 1, false, &pruned);
-    for (unsigned threads = 2; threads <= 3; threads++) {
-      zs_mesh *mesh = polygonize(formulas[i], &grid, true, threads, false, NULL);
-      assert_same(reference, mesh);
-      zs_mesh_free(mesh);
-    }
-    zs_mesh *mesh = polygonize(formulas[i], &grid, true, 2, true, &brute);
-    assert_alike(reference, mesh, grid.cell[0]);
-    assert_true(pruned.evaluations < brute.evaluations);
-    zs_mesh_free(mesh);
-    zs_mesh_free(reference);
-  }
+  for (size_t i = 0; i < sizeof formulas / sizeof *formulas; i++)
+    assert_true(assert_same_however_made(formulas[i], ZS_MESH_CONTOUR, 70) > 0);
 }
 
 /* Samples of one brick are taken once, roots take a few evaluations each. */
@@ -413,7 +288,7 @@ static void instruction_sets_agree(void **state)
       zs_mesh *mesh = polygonize(formulas[i], &grid, true, 2, false, NULL);
       assert_sound(mesh);
       assert_distinct(mesh);
-      zs_mesh_report report = check(mesh);
+      zs_mesh_report report = check_mesh(mesh);
       if (isa == 0)
         first = report;
       const double close = strcmp(formulas[i], NOISE) ? 1e-5 : 0.1;
@@ -446,23 +321,8 @@ static void a_sphere_has_few_slivers(void **state)
   zs_mesh *mesh = polygonize(SPHERE, &grid, true, 2, false, NULL);
   assert_non_null(mesh);
   size_t slivers = 0;
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    double sharpest = -1;
-    for (int c = 0; c < 3; c++) {
-      const float *p[3];
-      double dot = 0, uu = 0, vv = 0;
-      for (int k = 0; k < 3; k++)
-        p[k] = mesh->positions + 3 * (size_t)mesh->triangles[3 * t + (c + k) % 3];
-      for (int k = 0; k < 3; k++) {
-        double u = (double)p[1][k] - p[0][k], v = (double)p[2][k] - p[0][k];
-        dot += u * v;
-        uu += u * u;
-        vv += v * v;
-      }
-      sharpest = fmax(sharpest, dot / sqrt(uu * vv));
-    }
-    slivers += sharpest > cos(5 * PI / 180);
-  }
+  for (size_t t = 0; t < mesh->triangle_count; t++)
+    slivers += sharpest_angle(mesh, t) < 5 * PI / 180;
   assert_true((double)slivers < 0.001 * (double)mesh->triangle_count);
   zs_mesh_free(mesh);
 }
@@ -485,14 +345,6 @@ static void places_far_from_the_origin_are_sound(void **state)
 }
 
 /* ---- Failures ------------------------------------------------------------------------ */
-
-static bool stop(void *context, const char *stage, double fraction)
-{
-  (void)stage;
-  (void)fraction;
-  int *left = context;
-  return --*left > 0;
-}
 
 static void assert_fails(zs_field *field, const zs_grid *grid, const zs_mesh_options *options,
                          const zs_control *control, zs_status status)
@@ -518,7 +370,7 @@ static void failures_are_reported(void **state)
   options.tolerance = 0;
   assert_fails(sphere, &grid, &options, NULL, ZS_ERROR_ARGUMENT);
   zs_mesh_options_init(&options);
-  options.method = ZS_MESH_FEATURES;
+  options.method = (zs_mesh_method)2;
   assert_fails(sphere, &grid, &options, NULL, ZS_ERROR_ARGUMENT);
   zero.count[1] = 0;
   assert_fails(sphere, &zero, NULL, NULL, ZS_ERROR_ARGUMENT);
@@ -530,19 +382,7 @@ static void failures_are_reported(void **state)
   assert_fails(sphere, &grid, NULL, &control, ZS_ERROR_MEMORY);
   control.memory_limit = 100;
   assert_fails(sphere, &grid, NULL, &control, ZS_ERROR_MEMORY);
-  control.memory_limit = 0;
-  control.progress = stop;
-  /* Cancelled at every moment at which it can be. */
-  int calls = 0, left;
-  control.context = &left;
-  do {
-    left = ++calls;
-    zs_diag diag = {0};
-    zs_mesh *mesh = zs_polygonize(sphere, &grid, NULL, &control, NULL, &diag);
-    assert_int_equal(mesh ? ZS_OK : ZS_CANCELLED, diag.status);
-    zs_mesh_free(mesh);
-  } while (left <= 0);
-  assert_true(calls > 3);
+  assert_cancellable(sphere, &grid, NULL);
   zs_field_unref(sphere);
   zs_field_unref(nothing);
   zs_field_unref(everything);
