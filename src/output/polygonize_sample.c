@@ -291,9 +291,9 @@ static bool keep_ends(const sampling *s)
     for (unsigned axis = 0; axis < 3 && zs_row_has(w->crossing, row); axis++)
       for (unsigned edges = w->crossing[axis][row]; edges; edges &= edges - 1) {
         unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
-        float a = w->f[start], b = w->f[start + stride[axis]];
-        (*ends)[0] = inside(a) ? a : b;
-        (*ends)[1] = inside(a) ? b : a;
+        const float a = w->f[start], b = w->f[start + stride[axis]];
+        (*ends)[0] = a > b ? a : b; /* one is inside, the other is not */
+        (*ends)[1] = a > b ? b : a;
         ends++;
       }
   return true;

@@ -92,7 +92,7 @@ static void place_caps(const zs_polygonize_job *job, const zs_brick *brick)
 {
   size_t number = brick->first_vertex;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3; axis++)
+    for (unsigned axis = 0; axis < 3 && zs_row_has(brick->crossing, row); axis++)
       for (unsigned edges = brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
         unsigned start[3] = {(unsigned)__builtin_ctz(edges), row % ZS_BRICK, row / ZS_BRICK};
         if (zs_lattice_pad_edge(job, (int)axis, zs_lattice_index(brick, (int)axis, start[axis])))
