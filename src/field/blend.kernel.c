@@ -203,8 +203,8 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
   return risen(a, b, c, d < INFINITY ? rise : 0, d < INFINITY ? -e / s : 0, da, db);
 }
 
-/* The corrections by profile, sixteen at a time: what the values and their bounds
- * are made of. */
+/* `most` and the correction of a profile, sixteen at a time: what the values and
+ * their bounds are made of. */
 static inline zs_lanes quadratic_rise(zs_lanes d, numbers c)
 {
   const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));

@@ -72,6 +72,25 @@ static inline zs_lanes zs_lanes_square_root(zs_lanes a)
 #endif
 }
 
+/* a b + c, rounded once where the machine can. */
+static inline zs_lanes zs_lanes_multiply_add(zs_lanes a, zs_lanes b, zs_lanes c)
+{
+#if defined __AVX512F__
+  return (zs_lanes)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+#elif defined __FMA__
+  __m256 p[2], q[2], r[2];
+  memcpy(p, &a, sizeof a);
+  memcpy(q, &b, sizeof b);
+  memcpy(r, &c, sizeof c);
+  for (int i = 0; i < 2; i++)
+    r[i] = _mm256_fmadd_ps(p[i], q[i], r[i]);
+  memcpy(&c, r, sizeof c);
+  return c;
+#else
+  return a * b + c;
+#endif
+}
+
 /* Blocks are aligned to whole lanes. */
 static inline zs_lanes zs_lanes_load(const float *from)
 {

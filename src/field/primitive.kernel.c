@@ -62,12 +62,12 @@ typedef struct point {
 
 static inline zs_lanes length2(zs_lanes a, zs_lanes b)
 {
-  return zs_lanes_square_root(a * a + b * b);
+  return zs_lanes_square_root(zs_lanes_multiply_add(a, a, b * b));
 }
 
 static inline zs_lanes length3(zs_lanes a, zs_lanes b, zs_lanes c)
 {
-  return zs_lanes_square_root(a * a + b * b + c * c);
+  return zs_lanes_square_root(zs_lanes_multiply_add(a, a, zs_lanes_multiply_add(b, b, c * c)));
 }
 
 static inline zs_lanes positive(zs_lanes a)
@@ -232,7 +232,9 @@ static inline point moved(const map *m, zs_lanes u, zs_lanes v, zs_lanes w)
 
 static inline zs_lanes affine_row(const map *m, int i, zs_lanes u, zs_lanes v, zs_lanes w)
 {
-  return m->k[i][0] * u + m->k[i][1] * v + m->k[i][2] * w + m->constant[i];
+  return zs_lanes_multiply_add(
+    m->k[i][0], u,
+    zs_lanes_multiply_add(m->k[i][1], v, zs_lanes_multiply_add(m->k[i][2], w, m->constant[i])));
 }
 
 static inline point affine(const map *m, zs_lanes u, zs_lanes v, zs_lanes w)
