@@ -45,7 +45,7 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->choices = aligned(program->choice_count, sizeof *e->choices);
   e->regional = aligned(program->regional_count, sizeof *e->regional);
   e->points = aligned(count, sizeof *e->points);
-  e->block = aligned((3 + ZS_EVAL_ROWS) * (size_t)ZS_BLOCK, sizeof *e->block);
+  e->block = aligned((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
   e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
   if (!e->kept || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices || !e->regional ||
       !e->points || !e->block || !zs_shortener_init(&e->shortener, program->count)) {
@@ -114,9 +114,8 @@ static unsigned pad(unsigned n, float *x, float *y, float *z)
 }
 
 static void run(zs_eval *eval, const zs_program *program, const zs_frame *frame, unsigned n,
-                float *const coordinates[3], float *result, bool gradients)
+                float *const coordinates[3], float *result, float **rows, bool gradients)
 {
-  float **rows = gradients ? eval->gradients : eval->values;
   for (int k = 0; k < ZS_COORDINATES; k++)
     rows[k] = coordinates[k];
   zs_block_arguments arguments = {.frame = frame, .n = n};
@@ -139,7 +138,7 @@ void zs_program_values(zs_eval *eval, const zs_program *program, const zs_frame 
   if (!n)
     return;
   float *const coordinates[3] = {x, y, z};
-  run(eval, program, frame, pad(n, x, y, z), coordinates, f, false);
+  run(eval, program, frame, pad(n, x, y, z), coordinates, f, eval->values, false);
 }
 
 void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_frame *frame,
@@ -148,7 +147,7 @@ void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_fra
   if (!n)
     return;
   float *const coordinates[3] = {x, y, z};
-  run(eval, program, frame, pad(n, x, y, z), coordinates, gradient, true);
+  run(eval, program, frame, pad(n, x, y, z), coordinates, gradient, eval->gradients, true);
 }
 
 double zs_program_point(zs_eval *eval, const zs_program *program, const double point[3])
@@ -246,19 +245,31 @@ static const zs_program *current(const zs_eval *eval)
   return eval->programs[eval->regions];
 }
 
-/* Call `run` for blocks of points from unaligned arrays. */
+/* Points of a block of a program's values: without derivatives, the registers
+ * have room for more, which a few of them may hold without leaving the nearest
+ * cache.  Operations with a regional form count on ZS_BLOCK. */
+static unsigned value_block(const zs_program *program)
+{
+  enum { FEW = 6 };
+  return program->register_count <= FEW && !program->regional_count ? ZS_EVAL_ROWS * ZS_BLOCK
+                                                                    : ZS_BLOCK;
+}
+
 void zs_eval_values(zs_eval *eval, const double origin[3], size_t n, const float *x,
                     const float *y, const float *z, float *f)
 {
-  zs_frame frame = zs_frame_at(origin);
-  float *u = eval->block, *v = u + ZS_BLOCK, *w = v + ZS_BLOCK, *out = w + ZS_BLOCK;
-  for (size_t at = 0; at < n; at += ZS_BLOCK) {
-    unsigned m = n - at < ZS_BLOCK ? (unsigned)(n - at) : ZS_BLOCK;
-    memcpy(u, x + at, m * sizeof *u);
-    memcpy(v, y + at, m * sizeof *v);
-    memcpy(w, z + at, m * sizeof *w);
-    zs_program_values(eval, current(eval), &frame, m, u, v, w, out);
-    memcpy(f + at, out, m * sizeof *f);
+  const zs_program *program = current(eval);
+  const unsigned block = value_block(program);
+  const zs_frame frame = zs_frame_at(origin);
+  float *const at[3] = {eval->block, eval->block + block, eval->block + 2 * block};
+  float *out = eval->block + 3 * block;
+  for (size_t from = 0; from < n; from += block) {
+    const unsigned m = n - from < block ? (unsigned)(n - from) : block;
+    memcpy(at[0], x + from, m * sizeof *x);
+    memcpy(at[1], y + from, m * sizeof *y);
+    memcpy(at[2], z + from, m * sizeof *z);
+    run(eval, program, &frame, pad(m, at[0], at[1], at[2]), at, out, eval->gradients, false);
+    memcpy(f + from, out, m * sizeof *f);
   }
 }
 

@@ -86,7 +86,8 @@ struct zs_eval {
   zs_arena_mark marks[ZS_MAXIMUM_REGIONS];
   unsigned regions;
   zs_arena arena;
-  float *block; /* 3 coordinates, then ZS_EVAL_ROWS rows of results */
+  float *block; /* 3 coordinates and a result of ZS_EVAL_ROWS blocks each, or 3 of one
+                   block each and ZS_EVAL_ROWS rows of results */
   float *kept;  /* zs_program_lattice: ZS_MAXIMUM_KEPT blocks */
 };
 
