@@ -76,25 +76,25 @@ static void put(uint32_t *triangle, const corner *a, const corner *b, const corn
 /* How many of the normals at its corners a triangle turns its back on. */
 static unsigned disagreements(const corner *a, const corner *b, const corner *c)
 {
-  double n[3];
+  float u[3], v[3], n[3];
   for (int k = 0; k < 3; k++) {
-    int i = (k + 1) % 3, j = (k + 2) % 3;
-    n[k] = ((double)b->position[i] - a->position[i]) * ((double)c->position[j] - a->position[j]) -
-           ((double)b->position[j] - a->position[j]) * ((double)c->position[i] - a->position[i]);
+    u[k] = b->position[k] - a->position[k];
+    v[k] = c->position[k] - a->position[k];
   }
+  for (int k = 0; k < 3; k++)
+    n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
   unsigned count = 0;
-  for (int v = 0; v < 3; v++) {
-    const float *normal = (v == 0 ? a : v == 1 ? b : c)->normal;
-    count += n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2] < 0;
-  }
+  count += n[0] * a->normal[0] + n[1] * a->normal[1] + n[2] * a->normal[2] < 0;
+  count += n[0] * b->normal[0] + n[1] * b->normal[1] + n[2] * b->normal[2] < 0;
+  count += n[0] * c->normal[0] + n[1] * c->normal[1] + n[2] * c->normal[2] < 0;
   return count;
 }
 
-static double square_distance(const corner *a, const corner *b)
+static float square_distance(const corner *a, const corner *b)
 {
-  double sum = 0;
+  float sum = 0;
   for (int k = 0; k < 3; k++) {
-    double difference = (double)a->position[k] - b->position[k];
+    float difference = a->position[k] - b->position[k];
     sum += difference * difference;
   }
   return sum;
@@ -111,20 +111,22 @@ static unsigned wrongness(const corner q[4], unsigned from)
   return one + other + (one == 3 || other == 3 ? FOLDED : 0);
 }
 
-/* The first or second corner, to cut a quad from: where its triangles agree
- * better with the normals, or else from one sharp edge to another, or else along
- * the shorter diagonal. */
+/* The corner, first or second, from which to cut a quad: from one sharp edge to
+ * another, or else along the shorter diagonal; but where the other way agrees
+ * better with the normals, that. */
 static unsigned choose_cut(const corner q[4], bool *folded)
 {
-  const unsigned wrong[2] = {wrongness(q, 0), wrongness(q, 1)};
-  *folded = wrong[0] >= FOLDED && wrong[1] >= FOLDED;
-  if (wrong[0] != wrong[1])
-    return wrong[1] < wrong[0];
-  int sharp = (int)(q[1].patch->sharp + q[3].patch->sharp) -
-              (int)(q[0].patch->sharp + q[2].patch->sharp);
-  if (sharp)
-    return sharp > 0;
-  return square_distance(&q[1], &q[3]) < square_distance(&q[0], &q[2]);
+  const int sharp = (int)(q[1].patch->sharp + q[3].patch->sharp) -
+                    (int)(q[0].patch->sharp + q[2].patch->sharp);
+  const unsigned from =
+    sharp ? sharp > 0 : square_distance(&q[1], &q[3]) < square_distance(&q[0], &q[2]);
+  const unsigned wrong = wrongness(q, from);
+  *folded = false;
+  if (!wrong)
+    return from;
+  const unsigned other = wrongness(q, 1 - from);
+  *folded = wrong >= FOLDED && other >= FOLDED;
+  return other < wrong ? 1 - from : from;
 }
 
 static void write_quad(const zs_polygonize_job *job, const reach_patches patches,

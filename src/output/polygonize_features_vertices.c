@@ -54,6 +54,7 @@ typedef struct placing {
   zs_brick *brick;
   zs_frame frame;
   size_t offsets[ZS_CELL_EDGES];
+  float margin[3]; /* of vertices to the sides of their cells */
 } placing;
 
 static float dot(const float a[3], const float b[3])
@@ -61,10 +62,13 @@ static float dot(const float a[3], const float b[3])
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* Calls of fminf and fmaxf cost more than what they do; no NaN may get out. */
 static void clamp(float place[3], const cell *c)
 {
-  for (int k = 0; k < 3; k++)
-    place[k] = fminf(fmaxf(place[k], c->lo[k]), c->hi[k]);
+  for (int k = 0; k < 3; k++) {
+    float least = place[k] > c->lo[k] ? place[k] : c->lo[k];
+    place[k] = least < c->hi[k] ? least : c->hi[k];
+  }
 }
 
 /* ---- A cell and its loops ---------------------------------------------------- */
@@ -72,7 +76,7 @@ static void clamp(float place[3], const cell *c)
 /* Coordinate of a local plane in the brick's frame. */
 static float lattice_plane(const placing *s, unsigned axis, unsigned i)
 {
-  return (float)(s->job->cell[axis] * ((double)i - ZS_BRICK / 2));
+  return (float)(s->job->cell[axis] * ((int)i - ZS_BRICK / 2));
 }
 
 /* A pad cell is as flat as the face of the grid that it lies on. */
@@ -82,13 +86,12 @@ static void look_at_cell(const placing *s, unsigned number, cell *c)
   for (unsigned k = 0; k < 3; k++, number /= ZS_BRICK)
     c->at[k] = number % ZS_BRICK;
   c->inside = zs_brick_cell_case(w->rows, c->at[0], c->at[1], c->at[2]);
-  c->pad_edges = zs_brick_pad_edges(s->job, s->brick, c->at);
+  c->pad_edges = s->brick->at_face ? zs_brick_pad_edges(s->job, s->brick, c->at) : 0;
   for (unsigned k = 0; k < 3; k++) {
     const uint32_t i = zs_lattice_index(s->brick, (int)k, c->at[k]);
-    const float margin = (float)fmin(s->job->apart, s->job->cell[k] / 4);
-    c->lo[k] = lattice_plane(s, k, c->at[k]) + margin;
-    c->hi[k] = lattice_plane(s, k, c->at[k] + 1) - margin;
-    if (zs_lattice_pad_edge(s->job, (int)k, i))
+    c->lo[k] = lattice_plane(s, k, c->at[k]) + s->margin[k];
+    c->hi[k] = lattice_plane(s, k, c->at[k] + 1) - s->margin[k];
+    if (c->pad_edges && zs_lattice_pad_edge(s->job, (int)k, i))
       c->lo[k] = c->hi[k] = lattice_plane(s, k, c->at[k] + (i == 0));
   }
 }
@@ -98,20 +101,24 @@ static void gather(const placing *s, const cell *c, unsigned edges, loop *l)
   const placer *w = s->worker->scratch;
   const zs_mesh *mesh = s->job->mesh;
   const uint32_t *numbers = w->numbers + zs_reach_offset(c->at[0], c->at[1], c->at[2]);
-  memset(l->middle, 0, sizeof l->middle);
-  memset(l->sum, 0, sizeof l->sum);
-  l->count = 0;
-  for (edges &= s->job->cap ? edges : ~c->pad_edges; edges; edges &= edges - 1, l->count++) {
+  float middle[3] = {0}, sum[3] = {0};
+  unsigned n = 0;
+  for (edges &= s->job->cap ? edges : ~c->pad_edges; edges; edges &= edges - 1, n++) {
     const size_t vertex = 3 * (size_t)numbers[s->offsets[__builtin_ctz(edges)]];
-    for (unsigned k = 0; k < 3; k++) {
-      l->points[l->count][k] = (float)(mesh->positions[vertex + k] - s->frame.origin[k]);
-      l->normals[l->count][k] = mesh->normals[vertex + k];
-      l->middle[k] += l->points[l->count][k];
-      l->sum[k] += l->normals[l->count][k];
+    const float *position = mesh->positions + vertex, *normal = mesh->normals + vertex;
+    for (int k = 0; k < 3; k++) {
+      const float place = (float)(position[k] - s->frame.origin[k]);
+      l->points[n][k] = place;
+      l->normals[n][k] = normal[k];
+      middle[k] += place;
+      sum[k] += normal[k];
     }
   }
-  for (int k = 0; k < 3; k++)
-    l->middle[k] /= (float)l->count;
+  l->count = n;
+  for (int k = 0; k < 3; k++) {
+    l->middle[k] = middle[k] / (float)n;
+    l->sum[k] = sum[k];
+  }
 }
 
 static bool is_flat(const loop *l)
@@ -178,7 +185,7 @@ static void write_place(const placing *s, const cell *c, const zs_patch *patch,
   float *position = vertex_item(s, patch, s->job->dual->positions);
   for (int k = 0; k < 3; k++) {
     const uint32_t i = zs_lattice_index(s->brick, k, c->at[k]);
-    position[k] = (float)(zs_lattice_pad_edge(s->job, k, i)
+    position[k] = (float)(c->pad_edges && zs_lattice_pad_edge(s->job, k, i)
                             ? zs_lattice_place(s->job, k, i)
                             : s->frame.origin[k] + (double)place[k]);
   }
@@ -192,8 +199,8 @@ static void end_along(const cell *c, const float out[3], bool inside, const floa
   float step[3], reach = INFINITY;
   for (int k = 0; k < 3; k++) {
     step[k] = c->lo[k] == c->hi[k] ? 0 : inside ? out[k] : -out[k];
-    if (step[k] != 0)
-      reach = fminf(reach, ((step[k] > 0 ? c->hi[k] : c->lo[k]) - from[k]) / step[k]);
+    float most = step[k] != 0 ? ((step[k] > 0 ? c->hi[k] : c->lo[k]) - from[k]) / step[k] : reach;
+    reach = most < reach ? most : reach;
   }
   for (int k = 0; k < 3; k++)
     end[k] = step[k] != 0 ? from[k] + reach * step[k] : from[k];
@@ -357,6 +364,8 @@ static void enter_brick(placing *s)
   zs_brick_gather_signs(s->job, s->brick, w->rows);
   zs_brick_number_edges(s->job, s->brick, w->numbers);
   zs_cell_edge_offsets(s->offsets);
+  for (int k = 0; k < 3; k++)
+    s->margin[k] = (float)fmin(s->job->apart, s->job->cell[k] / 4);
   w->count = 0;
 }
 

@@ -91,13 +91,26 @@ typedef struct search {
   double least, best[3];
 } search;
 
+/* Add to x the solution of a x = rest in the directions, the columns of v, whose
+ * eigenvalues are more than `informative`. */
+static void add_solution(double a[3][3], double v[3][3], const double rest[3], double informative,
+                         double x[3])
+{
+  for (int k = 0; k < 3; k++) {
+    if (!(a[k][k] > informative))
+      continue;
+    double along = (v[0][k] * rest[0] + v[1][k] * rest[1] + v[2][k] * rest[2]) / a[k][k];
+    for (int l = 0; l < 3; l++)
+      x[l] += along * v[l][k];
+  }
+}
+
 /* The best place when only the axes that are not fixed may vary, whatever the
  * box. */
 static void solve(const search *s, const bool fixed[3], double x[3])
 {
-  const bool bound = fixed[0] || fixed[1] || fixed[2];
-  const double informative = s->largest * (bound ? INFORMATIVE_WITHIN : INFORMATIVE);
   double a[3][3], v[3][3], rest[3] = {0};
+  const double at[3] = {x[0], x[1], x[2]};
   for (int k = 0; k < 3; k++) {
     for (int l = 0; l < 3; l++)
       a[k][l] = fixed[k] || fixed[l] ? 0 : s->quadric->a[k][l];
@@ -109,13 +122,9 @@ static void solve(const search *s, const bool fixed[3], double x[3])
     x[k] = 0;
   }
   zs_symmetric_diagonalize(a, v);
-  for (int k = 0; k < 3; k++) {
-    if (!(a[k][k] > informative))
-      continue;
-    double along = (v[0][k] * rest[0] + v[1][k] * rest[1] + v[2][k] * rest[2]) / a[k][k];
-    for (int l = 0; l < 3; l++)
-      x[l] += fixed[l] ? 0 : along * v[l][k];
-  }
+  add_solution(a, v, rest, s->largest * INFORMATIVE_WITHIN, x);
+  for (int k = 0; k < 3; k++)
+    x[k] = fixed[k] ? at[k] : x[k];
 }
 
 /* The sum of squared distances, less a constant. */
@@ -127,14 +136,14 @@ static double energy(const zs_quadric *q, const double x[3])
   return sum;
 }
 
-/* Where the best place is out of the box, the best one within lies on one of the
- * sides that it is beyond: the sum is convex. */
-static void descend(search *s, const bool fixed[3], const double from[3])
+static void descend(search *s, const bool fixed[3], const double from[3]);
+
+/* Take the best place for some fixed axes, or where it is out of the box the best
+ * one within: that lies on one of the sides that it is beyond, as the sum is
+ * convex. */
+static void take(search *s, const bool fixed[3], const double x[3])
 {
-  double x[3];
   bool within = true;
-  memcpy(x, from, sizeof x);
-  solve(s, fixed, x);
   for (int k = 0; k < 3; k++) {
     if (fixed[k] || (x[k] >= s->lo[k] && x[k] <= s->hi[k]))
       continue;
@@ -149,14 +158,22 @@ static void descend(search *s, const bool fixed[3], const double from[3])
   if (!within || !(sum < s->least))
     return;
   s->least = sum;
-  memcpy(s->best, x, sizeof x);
+  memcpy(s->best, x, sizeof s->best);
+}
+
+static void descend(search *s, const bool fixed[3], const double from[3])
+{
+  double x[3];
+  memcpy(x, from, sizeof x);
+  solve(s, fixed, x);
+  take(s, fixed, x);
 }
 
 unsigned zs_quadric_minimize(const zs_quadric *quadric, const double lo[3], const double hi[3],
                              double place[3])
 {
   double a[3][3], v[3][3], largest = 0;
-  bool fixed[3];
+  bool fixed[3], any = false;
   unsigned rank = 0;
   memcpy(a, quadric->a, sizeof a);
   zs_symmetric_diagonalize(a, v);
@@ -166,6 +183,7 @@ unsigned zs_quadric_minimize(const zs_quadric *quadric, const double lo[3], cons
     rank += a[k][k] > INFORMATIVE * largest;
     place[k] = fmin(fmax(0, lo[k]), hi[k]);
     fixed[k] = lo[k] >= hi[k];
+    any = any || fixed[k];
   }
   search s = {.quadric = quadric,
               .lo = lo,
@@ -173,7 +191,13 @@ unsigned zs_quadric_minimize(const zs_quadric *quadric, const double lo[3], cons
               .largest = largest,
               .least = INFINITY,
               .best = {place[0], place[1], place[2]}};
-  descend(&s, fixed, place);
+  if (any) {
+    descend(&s, fixed, place);
+  } else {
+    double x[3] = {0};
+    add_solution(a, v, quadric->b, INFORMATIVE * largest, x);
+    take(&s, fixed, x);
+  }
   memcpy(place, s.best, sizeof s.best);
   return rank;
 }
