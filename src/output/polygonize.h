@@ -266,8 +266,14 @@ bool zs_polygonize_distinct(zs_polygonize_job *job);
 bool zs_crease_find(const zs_polygonize_job *job, const zs_brick *brick, const int cell[3],
                     unsigned edges, uint32_t *vertex);
 
+/* Normals that differ by more, about 32 degrees, are those of a sharp edge. */
+static const float ZS_SHARP = 0.85f;
+
 /* Whether two unit normals are those of different sides of a sharp edge. */
-bool zs_crease_between(const float a[3], const float b[3]);
+static inline bool zs_crease_between(const float a[3], const float b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < ZS_SHARP;
+}
 
 /* Write the triangles.  False after reporting. */
 bool zs_polygonize_triangles(zs_polygonize_job *job);

@@ -18,9 +18,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Normals that differ by more, about 32 degrees, are those of a sharp edge. */
-static const float SHARP = 0.85f;
-
 /* A crease settles within this part of a cell, or the planes said little. */
 static const float NEAR = 0.15f;
 
@@ -66,11 +63,6 @@ static float smaller(float a, float b)
 static float larger(float a, float b)
 {
   return a > b ? a : b;
-}
-
-bool zs_crease_between(const float a[3], const float b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < SHARP;
 }
 
 /* ---- Where planes meet ---------------------------------------------------------- */
@@ -157,7 +149,7 @@ static void clamp(float place[3], const float lo[3], const float hi[3])
 static inline bool are_alike(unsigned n, const float *normals, const uint32_t *numbers,
                              const size_t *offsets, const uint8_t *loop)
 {
-  const float half = 0.9617692f; /* the root of (1 + SHARP) / 2 */
+  const float half = 0.9617692f; /* the root of (1 + ZS_SHARP) / 2 */
   const float *const a = normals + 3 * (size_t)numbers[offsets[loop[0]]];
   float least = 1;
   for (unsigned i = 1; i < n; i++) {
@@ -225,7 +217,7 @@ static bool is_smooth(const zs_polygonize_job *job, const zs_brick *brick)
   float square = 0;
   for (int k = 0; k < 3; k++)
     square += (box.hi[k] - box.lo[k]) * (box.hi[k] - box.lo[k]);
-  return square < margin * (2 - 2 * SHARP) || box.lo[0] > box.hi[0];
+  return square < margin * (2 - 2 * ZS_SHARP) || box.lo[0] > box.hi[0];
 }
 
 /* Creases of the cells of a brick; those outside the grid's faces have none. */
