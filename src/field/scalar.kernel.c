@@ -210,25 +210,6 @@ static inline bool meets(zs_interval a, double phase, double period)
          ceil(((double)a.lo - slack - phase) / period);
 }
 
-static zs_interval periodic(zs_interval a, float at_lo, float at_hi, double peak)
-{
-  const double period = 2 * 3.14159265358979323846;
-  if (!zs_interval_known(a))
-    return zs_interval_unknown();
-  /* Far out single precision no longer tells where in the period it is. */
-  if (fabsf(a.lo) > 1e5f || fabsf(a.hi) > 1e5f)
-    return (zs_interval){-1.000001f, 1.000001f};
-  float lo = at_lo < at_hi ? at_lo : at_hi, hi = at_lo < at_hi ? at_hi : at_lo;
-  if (meets(a, peak, period))
-    hi = 1;
-  if (meets(a, peak + period / 2, period))
-    lo = -1;
-  zs_interval r = zs_interval_widened(lo, hi, ELEMENTARY);
-  /* Near a zero the error is relative to the argument, not to the value. */
-  float slack = 1.2e-7f * (1 + fabsf(a.lo) + fabsf(a.hi));
-  return (zs_interval){r.lo - slack, r.hi + slack};
-}
-
 static zs_interval power(zs_interval a, zs_interval b)
 {
   if (!zs_interval_known(a) || !zs_interval_known(b))
@@ -353,8 +334,6 @@ static zs_interval arc(zs_interval a, float at_lo, float at_hi)
 #define UNARY_BOUNDS(F) \
   F(EXPONENTIAL, monotone(a, expf(a.lo), expf(a.hi), ELEMENTARY)) \
   F(LOGARITHM, a.lo >= 0 ? monotone(a, logf(a.lo), logf(a.hi), ELEMENTARY) : zs_interval_unknown()) \
-  F(SINE, periodic(a, sinf(a.lo), sinf(a.hi), 1.57079632679489662)) \
-  F(COSINE, periodic(a, cosf(a.lo), cosf(a.hi), 0)) \
   F(TANGENT, tangent(a)) \
   F(ARC_SINE, arc(a, asinf(a.lo), asinf(a.hi))) \
   F(ARC_COSINE, arc(a, acosf(a.hi), acosf(a.lo))) \
@@ -440,6 +419,59 @@ BINARY_BOUNDS(BINARY_BOUNDS_KERNELS)
     } \
   }
 UNARY_BOUNDS(UNARY_BOUNDS_KERNELS)
+
+/* Largest whole numbers, for |a| < 2^31. */
+static inline zs_lanes lanes_floor(zs_lanes a)
+{
+  const zs_lanes whole =
+    __builtin_convertvector(__builtin_convertvector(a, zs_lanes_mask), zs_lanes);
+  return zs_lanes_select(whole > a, whole - zs_lanes_all(1), whole);
+}
+
+/* Where [a.lo, a.hi] holds a point of peak + 2 pi * integers; errs on yes. */
+static inline zs_lanes_mask meets_peak(zs_intervals a, zs_lanes slack, float peak)
+{
+  const zs_lanes turns = zs_lanes_all(0.159154943f), shift = zs_lanes_all(peak);
+  const zs_lanes below = lanes_floor((a.hi - shift) * turns + slack),
+                 above = -lanes_floor((shift - a.lo) * turns + slack);
+  return below >= above;
+}
+
+/* Sine and cosine; `value` is their block kernel. */
+static void periodic_bounds(const zs_bounds_arguments *x,
+                            void (*value)(const zs_block_arguments *), float peak)
+{
+  zs_bounds at_ends;
+  const zs_block_arguments ends = {.n = 2 * ZS_LANES,
+                                   .in = {(const float *)(const void *)x->in[0]},
+                                   .out = (float *)(void *)&at_ends};
+  value(&ends);
+  const zs_intervals a = zs_intervals_load(x->in[0]), e = zs_intervals_load(&at_ends);
+  const zs_lanes one = zs_lanes_all(1), farthest = zs_lanes_all(1e5f);
+  const zs_lanes size = zs_lanes_absolute(a.lo) + zs_lanes_absolute(a.hi);
+  /* Far out single precision no longer tells where in the period it is. */
+  const zs_lanes_mask known = zs_intervals_known(a), near = known & (size <= farthest);
+  const zs_intervals b = {zs_lanes_select(near, a.lo, -one), zs_lanes_select(near, a.hi, one)};
+  const zs_lanes slack = zs_lanes_all(3e-7f) * (zs_lanes_select(near, size, one) + zs_lanes_all(8));
+  const zs_lanes lo = zs_lanes_select(meets_peak(b, slack, peak + PI) | ~near, -one,
+                                      zs_lanes_smaller(e.lo, e.hi));
+  const zs_lanes hi =
+    zs_lanes_select(meets_peak(b, slack, peak) | ~near, one, zs_lanes_larger(e.lo, e.hi));
+  /* Near a zero the error is relative to the argument, not to the value. */
+  const zs_lanes error = zs_lanes_all(1.2e-7f) * (zs_lanes_select(near, size, one) + one) +
+                         zs_lanes_all(ELEMENTARY * 1.2e-7f);
+  zs_intervals_store(x->out, zs_intervals_checked(lo - error, hi + error, known));
+}
+
+static void SINE_bounds(const zs_bounds_arguments *x)
+{
+  periodic_bounds(x, SINE_value, HALF_PI);
+}
+
+static void COSINE_bounds(const zs_bounds_arguments *x)
+{
+  periodic_bounds(x, COSINE_value, 0);
+}
 
 /* Minimum and maximum of operands in registers.  An operand can be dropped where
  * it always loses, where it loses when it matters, and where the other one is
