@@ -199,7 +199,8 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
  * its own pays.  One with regional forms always does. */
 static bool pays(const zs_shortener *shortener, const zs_program *program, unsigned lane)
 {
-  return program->regional_count || shortener->kept[lane] < WORTHWHILE * program->count;
+  return program->regional_count ||
+         shortener->count[lane] + ZS_COORDINATES < WORTHWHILE * program->count;
 }
 
 void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
@@ -221,7 +222,7 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
       continue;
     }
     for (unsigned m = 0; m < l && !result[l] && !program->regional_count; m++)
-      if (lanes >> m & 1 && zs_shortener_equal(shortener, l, m))
+      if (lanes >> m & 1 && zs_shortener_equal(shortener, program->instructions, l, m))
         result[l] = result[m];
     if (!result[l])
       result[l] = zs_shortener_emit(shortener, program->instructions, l, request, regional, arena);

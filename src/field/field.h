@@ -26,23 +26,22 @@ struct zs_field {
   size_t fit_count;
 };
 
-/* Shortening works on sixteen lanes together: one pass from the result back
- * lists, for every lane, the instructions that it still needs.
- *
- * An entry is an instruction's index in the upper bits, and in the lower two
- * the input that stands in for it in this lane, or ZS_KEPT.  Lists run from the
- * result backwards. */
-enum { ZS_KEPT = 3 };
+/* Lanes, one bit each, in which an input stands in for an instruction. */
+typedef struct zs_stand_ins {
+  uint16_t input[ZS_MAXIMUM_INPUTS];
+} zs_stand_ins;
 
+/* Shortening works on sixteen lanes together: one pass from the result back
+ * lists, for every lane, the instructions that it keeps. */
 typedef struct zs_shortener {
-  uint32_t capacity;          /* instructions of the longest program */
-  uint16_t *needed;           /* by instruction: lanes that need it */
-  zs_demand *demands;         /* by instruction: where it matters */
-  uint32_t *renamed;          /* by instruction: its new index in the lane at hand */
-  uint32_t *entries[ZS_LANES];
-  uint32_t count[ZS_LANES];   /* entries of each lane ... */
-  uint32_t kept[ZS_LANES];    /* ... and how many of them are kept */
-  uint64_t hash[ZS_LANES];    /* of the entries */
+  uint32_t capacity;        /* instructions of the longest program */
+  uint16_t *needed;         /* by instruction: lanes that need it */
+  zs_stand_ins *stand_ins;  /* by instruction, of those that any lane needs */
+  zs_demand *demands;       /* by instruction: where it matters */
+  uint32_t *renamed;        /* by instruction: its new index in the lane at hand */
+  uint32_t *kept[ZS_LANES]; /* indices in descending order */
+  uint32_t count[ZS_LANES]; /* of them */
+  uint64_t hash[ZS_LANES];
 } zs_shortener;
 
 /* False when memory is out; zs_shortener_free in any case. */
@@ -55,7 +54,8 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
                        const zs_choice *choices, unsigned lanes, zs_request request);
 
 /* Whether two listed lanes need the same. */
-bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other);
+bool zs_shortener_equal(const zs_shortener *shortener, const zs_instruction *instructions,
+                        unsigned lane, unsigned other);
 
 /* The program of one listed lane, in `arena`; NULL when memory is out.
  * `regional` holds the inputs' intervals of instructions with a regional form,

@@ -10,30 +10,32 @@ bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity)
 {
   *shortener = (zs_shortener){.capacity = capacity};
   shortener->needed = malloc(capacity * sizeof *shortener->needed);
+  shortener->stand_ins = malloc(capacity * sizeof *shortener->stand_ins);
   shortener->demands = malloc(capacity * sizeof *shortener->demands);
   shortener->renamed = malloc(capacity * sizeof *shortener->renamed);
-  uint32_t *entries = malloc((size_t)capacity * ZS_LANES * sizeof *entries);
-  for (unsigned l = 0; entries && l < ZS_LANES; l++)
-    shortener->entries[l] = entries + (size_t)l * capacity;
-  return shortener->needed && shortener->demands && shortener->renamed && entries;
+  uint32_t *kept = malloc((size_t)capacity * ZS_LANES * sizeof *kept);
+  for (unsigned l = 0; kept && l < ZS_LANES; l++)
+    shortener->kept[l] = kept + (size_t)l * capacity;
+  return shortener->needed && shortener->stand_ins && shortener->demands && shortener->renamed &&
+         kept;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
 {
   free(shortener->needed);
+  free(shortener->stand_ins);
   free(shortener->demands);
   free(shortener->renamed);
-  free(shortener->entries[0]);
+  free(shortener->kept[0]);
 }
 
-/* Add an entry to the lists of some lanes. */
-static void push(zs_shortener *shortener, unsigned lanes, uint32_t entry)
+/* Keep an instruction in some lanes. */
+static void keep(zs_shortener *shortener, unsigned lanes, uint32_t index)
 {
   for (; lanes; lanes &= lanes - 1) {
     unsigned l = (unsigned)__builtin_ctz(lanes);
-    shortener->entries[l][shortener->count[l]++] = entry;
-    shortener->kept[l] += (entry & 3) == ZS_KEPT;
-    shortener->hash[l] = (shortener->hash[l] ^ entry) * UINT64_C(0x9e3779b97f4a7c15);
+    shortener->kept[l][shortener->count[l]++] = index;
+    shortener->hash[l] = (shortener->hash[l] ^ index) * UINT64_C(0x9e3779b97f4a7c15);
   }
 }
 
@@ -44,13 +46,11 @@ static unsigned replace(zs_shortener *shortener, const zs_instruction *instructi
 {
   unsigned needed = shortener->needed[index], replaced = 0;
   for (unsigned k = 0; k < instruction->operation->arity; k++) {
-    unsigned lanes = (choice->copy[k] | (sign ? choice->sign[k] : 0u)) & needed;
-    if (!lanes)
-      continue;
+    const unsigned lanes = (choice->copy[k] | (sign ? choice->sign[k] : 0u)) & needed;
+    shortener->stand_ins[index].input[k] = (uint16_t)lanes;
+    shortener->needed[instruction->in[k]] |= (uint16_t)lanes;
     needed &= ~lanes;
     replaced |= lanes;
-    shortener->needed[instruction->in[k]] |= (uint16_t)lanes;
-    push(shortener, lanes, index << 2 | k);
   }
   return replaced;
 }
@@ -61,11 +61,8 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
   uint16_t *needed = shortener->needed;
   const bool sign = request == ZS_REQUEST_SIGN;
   memset(needed, 0, count * sizeof *needed);
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    shortener->count[l] = 0;
-    shortener->kept[l] = ZS_COORDINATES;
-    shortener->hash[l] = 0;
-  }
+  memset(shortener->count, 0, sizeof shortener->count);
+  memset(shortener->hash, 0, sizeof shortener->hash);
   needed[count - 1] = (uint16_t)lanes;
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
     unsigned kept = needed[i];
@@ -73,22 +70,48 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
       continue;
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
+    shortener->stand_ins[i] = (zs_stand_ins){{0}};
     if (choices && operation->choice)
       kept &= ~replace(shortener, instruction, i, &choices[instruction->choice], sign);
     if (!kept)
       continue;
-    push(shortener, kept, i << 2 | ZS_KEPT);
+    keep(shortener, kept, i);
     for (unsigned k = 0; k < operation->arity; k++)
       needed[instruction->in[k]] |= (uint16_t)kept;
   }
 }
 
-bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other)
+/* The instruction that a lane keeps in the place of a needed one. */
+static uint32_t resolved(const zs_shortener *shortener, const zs_instruction *instructions,
+                         unsigned lane, uint32_t index)
 {
-  return shortener->hash[lane] == shortener->hash[other] &&
-         shortener->count[lane] == shortener->count[other] &&
-         !memcmp(shortener->entries[lane], shortener->entries[other],
-                 shortener->count[lane] * sizeof **shortener->entries);
+  while (index >= ZS_COORDINATES) {
+    const zs_stand_ins *stand_ins = &shortener->stand_ins[index];
+    unsigned k = 0;
+    while (k < ZS_MAXIMUM_INPUTS && !(stand_ins->input[k] >> lane & 1))
+      k++;
+    if (k == ZS_MAXIMUM_INPUTS)
+      return index;
+    index = instructions[index].in[k];
+  }
+  return index;
+}
+
+bool zs_shortener_equal(const zs_shortener *shortener, const zs_instruction *instructions,
+                        unsigned lane, unsigned other)
+{
+  const uint32_t count = shortener->count[lane], *kept = shortener->kept[lane];
+  if (shortener->hash[lane] != shortener->hash[other] || count != shortener->count[other] ||
+      memcmp(kept, shortener->kept[other], count * sizeof *kept))
+    return false;
+  for (uint32_t e = 0; e < count; e++) {
+    const zs_instruction *instruction = &instructions[kept[e]];
+    for (unsigned k = 0; k < instruction->operation->arity; k++)
+      if (resolved(shortener, instructions, lane, instruction->in[k]) !=
+          resolved(shortener, instructions, other, instruction->in[k]))
+        return false;
+  }
+  return true;
 }
 
 /* Data that is valid where the lane's box is. */
@@ -169,7 +192,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                                     const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
                                     zs_arena *arena)
 {
-  const uint32_t *entries = shortener->entries[lane], count = shortener->kept[lane];
+  const uint32_t *kept = shortener->kept[lane], count = shortener->count[lane] + ZS_COORDINATES;
   uint32_t *renamed = shortener->renamed, next = ZS_COORDINATES;
   zs_program *program = ZS_ARENA_NEW(arena, zs_program, 1);
   zs_instruction *out = zs_arena_reserve(arena, count, sizeof *out);
@@ -181,12 +204,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     renamed[i] = i;
   }
   for (uint32_t e = shortener->count[lane]; e-- > 0;) {
-    uint32_t index = entries[e] >> 2, stand_in = entries[e] & 3;
-    const zs_instruction *instruction = &instructions[index];
-    if (stand_in != ZS_KEPT) {
-      renamed[index] = renamed[instruction->in[stand_in]];
-      continue;
-    }
+    const zs_instruction *instruction = &instructions[kept[e]];
     const zs_operation *operation = instruction->operation;
     zs_instruction *copy = &out[next];
     copy->operation = operation;
@@ -194,14 +212,14 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                    ? restricted_data(instruction, lane, regional[instruction->regional], arena)
                    : instruction->data;
     for (unsigned k = 0; k < operation->arity; k++)
-      copy->in[k] = renamed[instruction->in[k]];
+      copy->in[k] = renamed[resolved(shortener, instructions, lane, instruction->in[k])];
     for (unsigned k = operation->arity; k < ZS_MAXIMUM_INPUTS; k++)
       copy->in[k] = 0;
     copy->choice = program->choice_count;
     copy->regional = program->regional_count;
     program->choice_count += operation->choice;
     program->regional_count += operation->restricted != NULL;
-    renamed[index] = next++;
+    renamed[kept[e]] = next++;
   }
   program->instructions = out;
   program->count = count;
