@@ -37,6 +37,7 @@ typedef struct zs_shortener {
   uint32_t capacity;        /* instructions of the longest program */
   uint16_t *needed;         /* by instruction: lanes that need it */
   zs_stand_ins *stand_ins;  /* by instruction, of those that any lane needs */
+  uint32_t *forward;        /* by instruction: what all lanes that need it replace it by */
   zs_demand *demands;       /* by instruction: where it matters */
   uint32_t *renamed;        /* by instruction: its new index in the lane at hand */
   uint32_t *kept[ZS_LANES]; /* indices in descending order */

@@ -11,19 +11,21 @@ bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity)
   *shortener = (zs_shortener){.capacity = capacity};
   shortener->needed = malloc(capacity * sizeof *shortener->needed);
   shortener->stand_ins = malloc(capacity * sizeof *shortener->stand_ins);
+  shortener->forward = malloc(capacity * sizeof *shortener->forward);
   shortener->demands = malloc(capacity * sizeof *shortener->demands);
   shortener->renamed = malloc(capacity * sizeof *shortener->renamed);
   uint32_t *kept = malloc((size_t)capacity * ZS_LANES * sizeof *kept);
   for (unsigned l = 0; kept && l < ZS_LANES; l++)
     shortener->kept[l] = kept + (size_t)l * capacity;
-  return shortener->needed && shortener->stand_ins && shortener->demands && shortener->renamed &&
-         kept;
+  return shortener->needed && shortener->stand_ins && shortener->forward && shortener->demands &&
+         shortener->renamed && kept;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
 {
   free(shortener->needed);
   free(shortener->stand_ins);
+  free(shortener->forward);
   free(shortener->demands);
   free(shortener->renamed);
   free(shortener->kept[0]);
@@ -55,6 +57,25 @@ static unsigned replace(zs_shortener *shortener, const zs_instruction *instructi
   return replaced;
 }
 
+/* Chains of instructions that all lanes replace alike are long where each keeps a
+ * few of many operands: one step takes a lane to their end. */
+static void find_forwards(zs_shortener *shortener, const zs_instruction *instructions,
+                          uint32_t count)
+{
+  uint32_t *forward = shortener->forward;
+  for (uint32_t i = 0; i < ZS_COORDINATES; i++)
+    forward[i] = i;
+  for (uint32_t i = ZS_COORDINATES; i < count; i++) {
+    const uint16_t needed = shortener->needed[i];
+    if (!needed)
+      continue;
+    forward[i] = i;
+    for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++)
+      if (shortener->stand_ins[i].input[k] == needed)
+        forward[i] = forward[instructions[i].in[k]];
+  }
+}
+
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
                        const zs_choice *choices, unsigned lanes, zs_request request)
 {
@@ -79,13 +100,14 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
     for (unsigned k = 0; k < operation->arity; k++)
       needed[instruction->in[k]] |= (uint16_t)kept;
   }
+  find_forwards(shortener, instructions, count);
 }
 
 /* The instruction that a lane keeps in the place of a needed one. */
 static uint32_t resolved(const zs_shortener *shortener, const zs_instruction *instructions,
                          unsigned lane, uint32_t index)
 {
-  while (index >= ZS_COORDINATES) {
+  while ((index = shortener->forward[index]) >= ZS_COORDINATES) {
     const zs_stand_ins *stand_ins = &shortener->stand_ins[index];
     unsigned k = 0;
     while (k < ZS_MAXIMUM_INPUTS && !(stand_ins->input[k] >> lane & 1))
