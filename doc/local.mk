@@ -16,12 +16,13 @@ gallery_pictures = \
   doc/gallery/column.png \
   doc/gallery/cup-slice.png \
   doc/gallery/cup.png \
+  doc/gallery/flange.png \
   doc/gallery/loft.png \
   doc/gallery/surface.png
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column cup loft surface; do \
+	for name in bracket bunny column cup flange loft surface; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done

@@ -5,6 +5,7 @@ EXTRA_DIST += \
   scenes/bunny.xml \
   scenes/column.xml \
   scenes/cup.xml \
+  scenes/flange.xml \
   scenes/library/mouldings.xml \
   scenes/loft.xml \
   scenes/surface.xml

@@ -4,7 +4,8 @@
 begin
 
 check_mesh() {
-  "$ZEROSET" mesh "$1" -o "$scratch/mesh.ply" --resolution "$2" --report json >"$scratch/json"
+  "$ZEROSET" mesh "$1" -o "$scratch/mesh.ply" --resolution "$2" --method "$3" --report json \
+    >"$scratch/json"
   cat "$scratch/json"
   expect_field closed true "$scratch/json"
   expect_field manifold true "$scratch/json"
@@ -27,8 +28,9 @@ for scene in "$top_srcdir"/scenes/*.xml; do
   count=$((count + 1))
   run_case "$name has no warnings" check_scene "$scene"
   for resolution in 16 64 128; do
-    run_case "$name is one closed manifold at $resolution" check_mesh "$scene" "$resolution"
+    run_case "$name is one closed manifold at $resolution" check_mesh "$scene" "$resolution" contour
   done
+  run_case "$name is one closed manifold by features" check_mesh "$scene" 64 features
 done
 run_case "there are scenes" test "$count" -ge 6
 
