@@ -7,21 +7,29 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A triangle has the half-edges 3t, 3t + 1, 3t + 2, each from the corner of the
- * same number to the next.  An entry stands for a half-edge in the list of its
- * edge's lower vertex. */
-typedef struct entry {
-  uint32_t higher;   /* the edge's other vertex */
-  uint32_t halfedge;
-} entry;
+/* Corner 3t + k is corner k of triangle t.  What is known of a vertex follows from
+ * the corners at it: the vertices before and after each are the other ends of its
+ * edges.  Vertices are looked at range by range, so that the lists of corners need
+ * little memory however large the mesh is. */
+enum { RANGE_CORNERS = 1 << 24 /* about as many in the lists of a range */ };
+
+/* An end of an edge at the vertex at hand. */
+typedef struct spoke {
+  uint32_t end;    /* the edge's other vertex */
+  uint32_t corner; /* place in the vertex's list */
+  bool outward;    /* the triangle runs along the edge from the vertex at hand */
+} spoke;
 
 typedef struct checker {
   const zs_mesh *mesh;
-  size_t *first;     /* by lower vertex: its entries begin here; one more */
-  entry *entries;
-  uint32_t *fan;     /* by corner: union-find of the corners around a vertex */
+  uint32_t lo, hi;   /* vertices of the range: lo <= v < hi */
+  uint32_t *first;   /* by vertex of the range: its corners begin here; one more */
+  uint32_t *corners;
   uint32_t *piece;   /* by vertex: union-find of connected vertices */
-  uint32_t *fans;    /* by vertex: how many fans of triangles it has */
+  spoke *spokes;     /* of one vertex */
+  uint32_t *fan;     /* by corner of one vertex: union-find */
+  size_t most;       /* corners at one vertex that there is room for */
+  size_t used, edges;
 } checker;
 
 static uint32_t next_corner(uint32_t corner)
@@ -58,125 +66,157 @@ static void unite(uint32_t *parent, uint32_t a, uint32_t b)
     parent[a] = b;
 }
 
-/* ---- Edges ------------------------------------------------------------------ */
+/* ---- Corners -------------------------------------------------------------------- */
 
-static void edge_of(const zs_mesh *mesh, uint32_t halfedge, uint32_t *lower, uint32_t *higher)
+static bool in_range(const checker *c, uint32_t vertex)
 {
-  uint32_t a = mesh->triangles[halfedge], b = mesh->triangles[next_corner(halfedge)];
-  *lower = a < b ? a : b;
-  *higher = a < b ? b : a;
+  return vertex >= c->lo && vertex < c->hi;
 }
 
-/* Sort half-edges by their lower vertex (counting), into `entries`. */
-static void collect_edges(checker *c, size_t proper)
+/* Corners at every vertex. */
+static void count_corners(const zs_mesh *mesh, uint32_t *count)
+{
+  for (size_t t = 0; t < mesh->triangle_count; t++) {
+    const uint32_t *v = &mesh->triangles[3 * t];
+    for (unsigned k = 0; k < 3 && is_proper(v); k++)
+      count[v[k]]++;
+  }
+}
+
+/* List the corners at the vertices of the range, by counting.  `counts` are those
+ * of the range. */
+static void list_corners(checker *c, const uint32_t *counts)
 {
   const zs_mesh *mesh = c->mesh;
-  uint32_t lower, higher;
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    if (!is_proper(&mesh->triangles[3 * t]))
-      continue;
-    for (unsigned k = 0; k < 3; k++) {
-      edge_of(mesh, (uint32_t)(3 * t + k), &lower, &higher);
-      c->first[lower + 1]++;
-    }
-  }
-  for (size_t v = 0; v < mesh->vertex_count; v++)
-    c->first[v + 1] += c->first[v];
+  const uint32_t n = c->hi - c->lo;
+  c->first[0] = 0;
+  for (uint32_t i = 0; i < n; i++)
+    c->first[i + 1] = c->first[i] + counts[i];
   /* Filling from the back moves the ends of the lists to their beginnings. */
   for (size_t t = mesh->triangle_count; t-- > 0;) {
-    if (!is_proper(&mesh->triangles[3 * t]))
+    const uint32_t *v = &mesh->triangles[3 * t];
+    if (!is_proper(v))
       continue;
-    for (unsigned k = 3; k-- > 0;) {
-      uint32_t halfedge = (uint32_t)(3 * t + k);
-      edge_of(mesh, halfedge, &lower, &higher);
-      c->entries[--c->first[lower + 1]] = (entry){higher, halfedge};
-    }
+    for (unsigned k = 3; k-- > 0;)
+      if (in_range(c, v[k]))
+        c->corners[--c->first[v[k] - c->lo + 1]] = (uint32_t)(3 * t + k);
   }
-  /* Now first[v + 1] is where the list of v begins. */
-  memmove(c->first, c->first + 1, mesh->vertex_count * sizeof *c->first);
-  c->first[mesh->vertex_count] = 3 * proper;
+  /* Now first[i + 1] is where the list of i begins. */
+  const uint32_t all = n ? c->first[n] + counts[n - 1] : 0;
+  memmove(c->first, c->first + 1, n * sizeof *c->first);
+  c->first[n] = all;
 }
 
-static int compare_entries(const void *a, const void *b)
+static int compare_spokes(const void *a, const void *b)
 {
-  const entry *p = a, *q = b;
-  if (p->higher != q->higher)
-    return p->higher < q->higher ? -1 : 1;
-  return (p->halfedge > q->halfedge) - (p->halfedge < q->halfedge);
+  const spoke *p = a, *q = b;
+  return (p->end > q->end) - (p->end < q->end);
 }
 
-/* Two triangles share an edge: join their corners at both of its ends. */
-static void join_fans(checker *c, uint32_t p, uint32_t q)
+/* Few at most vertices. */
+static void sort_spokes(spoke *spokes, size_t n)
 {
-  const uint32_t *vertices = c->mesh->triangles;
-  if (vertices[p] == vertices[q]) {
-    unite(c->fan, p, q);
-    unite(c->fan, next_corner(p), next_corner(q));
-  } else {
-    unite(c->fan, p, next_corner(q));
-    unite(c->fan, next_corner(p), q);
+  enum { FEW = 32 };
+  if (n > FEW) {
+    qsort(spokes, n, sizeof *spokes, compare_spokes);
+    return;
+  }
+  for (size_t i = 1; i < n; i++) {
+    const spoke moving = spokes[i];
+    size_t j = i;
+    for (; j > 0 && spokes[j - 1].end > moving.end; j--)
+      spokes[j] = spokes[j - 1];
+    spokes[j] = moving;
   }
 }
 
-/* One edge: `n` half-edges between the same vertices, the first one's lower
- * vertex being `lower`. */
-static void visit_edge(checker *c, uint32_t lower, const entry *e, size_t n, zs_mesh_report *report)
+/* ---- Edges and vertices ---------------------------------------------------------- */
+
+/* An edge of `n` triangles, seen from one of its ends. */
+static void visit_edge(checker *c, uint32_t vertex, const spoke *spokes, size_t n,
+                       zs_mesh_report *report)
 {
-  size_t upward = 0;
+  size_t outward = 0;
   for (size_t i = 0; i < n; i++)
-    upward += c->mesh->triangles[e[i].halfedge] == lower;
-  size_t downward = n - upward;
-  if (n == 1)
-    report->boundary_edges++;
-  if (n > 2)
-    report->nonmanifold_edges++;
-  if (upward > downward + 1 || downward > upward + 1)
+    outward += spokes[i].outward;
+  const size_t inward = n - outward;
+  for (size_t i = 1; i < n; i++) /* its triangles are neighbours around the vertex */
+    unite(c->fan, spokes[0].corner, spokes[i].corner);
+  if (vertex > spokes[0].end)
+    return; /* its lower end reports it */
+  c->edges++;
+  report->boundary_edges += n == 1;
+  report->nonmanifold_edges += n > 2;
+  if (outward > inward + 1 || inward > outward + 1)
     report->oriented = false;
-  for (size_t i = 1; i < n; i++)
-    join_fans(c, e[0].halfedge, e[i].halfedge);
-  unite(c->piece, lower, e[0].higher);
+  unite(c->piece, vertex, spokes[0].end);
 }
 
-/* Every edge once; returns how many there are. */
-static size_t visit_edges(checker *c, zs_mesh_report *report)
+/* False when memory is out. */
+static bool make_room(checker *c, size_t corners)
 {
-  size_t edges = 0;
-  for (size_t v = 0; v < c->mesh->vertex_count; v++) {
-    entry *list = c->entries + c->first[v];
-    size_t n = c->first[v + 1] - c->first[v];
-    qsort(list, n, sizeof *list, compare_entries);
-    for (size_t i = 0, same; i < n; i += same) {
-      for (same = 1; i + same < n && list[i + same].higher == list[i].higher; same++)
-        ;
-      visit_edge(c, (uint32_t)v, list + i, same, report);
-      edges++;
-    }
-  }
-  return edges;
+  if (corners <= c->most)
+    return true;
+  free(c->spokes);
+  free(c->fan);
+  c->most = 2 * corners;
+  c->spokes = malloc(2 * c->most * sizeof *c->spokes);
+  c->fan = malloc(c->most * sizeof *c->fan);
+  return c->spokes && c->fan;
 }
 
-/* ---- Vertices and measures --------------------------------------------------- */
-
-/* Count fans and pieces once all edges are known. */
-static void visit_vertices(checker *c, size_t edges, size_t triangles, zs_mesh_report *report)
+static bool visit_vertex(checker *c, uint32_t vertex, zs_mesh_report *report)
 {
-  const zs_mesh *mesh = c->mesh;
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    if (!is_proper(&mesh->triangles[3 * t]))
-      continue;
-    for (unsigned k = 0; k < 3; k++)
-      if (c->fan[3 * t + k] == 3 * t + k)
-        c->fans[mesh->triangles[3 * t + k]]++;
+  const uint32_t *triangles = c->mesh->triangles;
+  const uint32_t *list = c->corners + c->first[vertex - c->lo];
+  const uint32_t n = c->first[vertex - c->lo + 1] - c->first[vertex - c->lo];
+  if (!n)
+    return true;
+  if (!make_room(c, n))
+    return false;
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t after = next_corner(list[i]);
+    c->spokes[2 * i] = (spoke){triangles[after], i, true};
+    c->spokes[2 * i + 1] = (spoke){triangles[next_corner(after)], i, false};
+    c->fan[i] = i;
   }
-  size_t used = 0;
-  for (size_t v = 0; v < mesh->vertex_count; v++) {
-    if (!c->fans[v])
-      continue;
-    used++;
-    report->nonmanifold_vertices += c->fans[v] > 1;
-    report->components += c->piece[v] == v;
+  sort_spokes(c->spokes, 2 * (size_t)n);
+  for (size_t i = 0, same; i < 2 * (size_t)n; i += same) {
+    for (same = 1; i + same < 2 * (size_t)n && c->spokes[i + same].end == c->spokes[i].end; same++)
+      ;
+    visit_edge(c, vertex, c->spokes + i, same, report);
   }
-  report->euler_characteristic = (int64_t)used - (int64_t)edges + (int64_t)triangles;
+  uint32_t fans = 0;
+  for (uint32_t i = 0; i < n; i++)
+    fans += c->fan[i] == i;
+  c->used++;
+  report->nonmanifold_vertices += fans > 1;
+  return true;
+}
+
+/* All vertices, range by range.  False when memory is out. */
+static bool visit_vertices(checker *c, const uint32_t *counts, zs_mesh_report *report)
+{
+  const uint32_t all = (uint32_t)c->mesh->vertex_count;
+  for (c->lo = 0; c->lo < all; c->lo = c->hi) {
+    uint64_t corners = 0;
+    for (c->hi = c->lo; c->hi < all && (c->hi == c->lo || corners < RANGE_CORNERS); c->hi++)
+      corners += counts[c->hi];
+    c->corners = malloc((corners + 1) * sizeof *c->corners);
+    c->first = malloc(((size_t)c->hi - c->lo + 1) * sizeof *c->first);
+    bool done = c->corners && c->first;
+    if (done)
+      list_corners(c, counts + c->lo);
+    for (uint32_t v = c->lo; done && v < c->hi; v++)
+      done = visit_vertex(c, v, report);
+    free(c->corners);
+    free(c->first);
+    if (!done)
+      return false;
+  }
+  for (uint32_t v = 0; v < all; v++)
+    report->components += counts[v] && c->piece[v] == v;
+  return true;
 }
 
 static void subtract(const float *a, const double b[3], double difference[3])
@@ -215,49 +255,38 @@ static size_t count_proper(const zs_mesh *mesh)
   return proper;
 }
 
-static bool allocate(checker *c, size_t proper)
+/* Everything but the measures.  False when memory is out. */
+static bool check_topology(const zs_mesh *mesh, zs_mesh_report *report)
 {
-  size_t vertices = c->mesh->vertex_count, corners = 3 * c->mesh->triangle_count;
-  c->first = calloc(vertices + 1, sizeof *c->first);
-  c->entries = malloc((3 * proper + 1) * sizeof *c->entries);
-  c->fan = malloc((corners + 1) * sizeof *c->fan);
-  c->piece = malloc((vertices + 1) * sizeof *c->piece);
-  c->fans = calloc(vertices + 1, sizeof *c->fans);
-  return c->first && c->entries && c->fan && c->piece && c->fans;
-}
-
-static void release(checker *c)
-{
-  free(c->first);
-  free(c->entries);
-  free(c->fan);
-  free(c->piece);
-  free(c->fans);
+  checker c = {.mesh = mesh};
+  uint32_t *counts = calloc(mesh->vertex_count + 1, sizeof *counts);
+  c.piece = malloc((mesh->vertex_count + 1) * sizeof *c.piece);
+  bool done = counts && c.piece;
+  if (done) {
+    for (size_t v = 0; v < mesh->vertex_count; v++)
+      c.piece[v] = (uint32_t)v;
+    count_corners(mesh, counts);
+    done = visit_vertices(&c, counts, report);
+  }
+  report->euler_characteristic =
+    (int64_t)c.used - (int64_t)c.edges + (int64_t)count_proper(mesh);
+  free(counts);
+  free(c.piece);
+  free(c.spokes);
+  free(c.fan);
+  return done;
 }
 
 bool zs_mesh_check(const zs_mesh *mesh, zs_mesh_report *report, zs_diag *diag)
 {
-  *report = (zs_mesh_report){0};
-  if (mesh->triangle_count > UINT32_MAX / 3)
+  *report = (zs_mesh_report){.oriented = true};
+  if (mesh->triangle_count > UINT32_MAX / 3 || mesh->vertex_count > UINT32_MAX)
     return zs_fail(diag, ZS_ERROR_UNABLE, NULL,
-                   "the mesh has %zu triangles; meshes of up to %u can be checked",
-                   mesh->triangle_count, UINT32_MAX / 3);
-  checker c = {.mesh = mesh};
-  size_t proper = count_proper(mesh);
-  if (!allocate(&c, proper)) {
-    release(&c);
+                   "the mesh has %zu vertices and %zu triangles; meshes of up to %u triangles "
+                   "can be checked", mesh->vertex_count, mesh->triangle_count, UINT32_MAX / 3);
+  if (!check_topology(mesh, report))
     return zs_fail_memory(diag);
-  }
-  for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
-    c.fan[i] = (uint32_t)i;
-  for (size_t v = 0; v < mesh->vertex_count; v++)
-    c.piece[v] = (uint32_t)v;
-  report->oriented = true;
-  collect_edges(&c, proper);
-  size_t edges = visit_edges(&c, report);
-  visit_vertices(&c, edges, proper, report);
-  release(&c);
-  report->closed = proper > 0 && report->boundary_edges == 0;
+  report->closed = report->boundary_edges == 0 && count_proper(mesh) > 0;
   report->manifold = report->nonmanifold_edges == 0 && report->nonmanifold_vertices == 0;
   measure(mesh, &report->volume, &report->area);
   if (!report->closed)
