@@ -21,10 +21,7 @@ static int omp_get_thread_num(void)
 }
 #endif
 
-enum {
-  BRANCH = 4,           /* parts per axis and level */
-  TASKS_PER_THREAD = 16 /* so that threads finish together */
-};
+enum { TASKS_PER_THREAD = 16 /* so that threads finish together */ };
 
 /* Bricks lo <= i < hi, and the program that serves them. */
 typedef struct range {
@@ -67,39 +64,41 @@ static bool is_brick(const range *r)
   return r->hi[0] - r->lo[0] == 1 && r->hi[1] - r->lo[1] == 1 && r->hi[2] - r->lo[2] == 1;
 }
 
-/* Side of the parts that a range splits into, in bricks: the largest power of
- * BRANCH that makes more than one. */
-static uint32_t part_size(const range *r)
+/* Sizes of the parts that a range splits into, in bricks: the longest side is
+ * halved until there are as many parts as lanes. */
+static void part_size(const range *r, uint32_t size[3])
 {
-  uint32_t longest = 1, size = 1;
   for (int k = 0; k < 3; k++)
-    if (r->hi[k] - r->lo[k] > longest)
-      longest = r->hi[k] - r->lo[k];
-  while (size <= (longest - 1) / BRANCH)
-    size *= BRANCH;
-  return size;
+    size[k] = r->hi[k] - r->lo[k];
+  for (unsigned parts = 1; parts < ZS_LANES; parts *= 2) {
+    int longest = 2;
+    for (int k = 1; k >= 0; k--)
+      if (size[k] > size[longest])
+        longest = k;
+    size[longest] = (size[longest] + 1) / 2;
+  }
 }
 
-/* Split a range; at most BRANCH^3 parts, in z, y, x order. */
-static unsigned split(const range *whole, range parts[BRANCH * BRANCH * BRANCH])
+/* Split a range; the parts are in z, y, x order. */
+static unsigned split(const range *whole, range parts[ZS_LANES])
 {
-  const uint32_t size = part_size(whole);
+  uint32_t size[3], at[3];
   unsigned count = 0;
-  uint32_t at[3];
-  for (at[2] = whole->lo[2]; at[2] < whole->hi[2]; at[2] += size)
-    for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size)
-      for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size) {
+  part_size(whole, size);
+  for (at[2] = whole->lo[2]; at[2] < whole->hi[2]; at[2] += size[2])
+    for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size[1])
+      for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size[0]) {
         range *part = &parts[count++];
         *part = (range){.program = whole->program};
         for (int k = 0; k < 3; k++) {
           part->lo[k] = at[k];
-          part->hi[k] = whole->hi[k] - at[k] < size ? whole->hi[k] : at[k] + size;
+          part->hi[k] = whole->hi[k] - at[k] < size[k] ? whole->hi[k] : at[k] + size[k];
         }
       }
   return count;
 }
 
-/* The boxes of up to ZS_LANES ranges relative to `origin`, rounded outward;
+/* The boxes of the ranges relative to `origin`, rounded outward;
  * idle lanes repeat the last. */
 static void range_boxes(const zs_walk *walk, const range *ranges, unsigned n,
                         const double origin[3], zs_boxes *boxes)
@@ -115,7 +114,7 @@ static void range_boxes(const zs_walk *walk, const range *ranges, unsigned n,
   }
 }
 
-/* Decide what bounds can for up to ZS_LANES parts of one range; what is left
+/* Decide what bounds can for the parts of one range; what is left
  * gets its regional program in `w->arena` and moves to the front.  Returns how
  * many are left. */
 static unsigned decide(walker *w, range *parts, unsigned n)
@@ -156,18 +155,15 @@ static void walk_range(walker *w, const range *whole)
     w->walk->brick(w->walk->visitor, w->thread, whole->lo, w->eval, whole->program);
     return;
   }
-  range parts[BRANCH * BRANCH * BRANCH];
-  unsigned count = split(whole, parts);
-  for (unsigned at = 0; at < count; at += ZS_LANES) {
-    zs_arena_mark mark = zs_arena_mark_here(w->arena);
-    unsigned n = count - at < ZS_LANES ? count - at : ZS_LANES;
-    if (!w->walk->control || !w->walk->control->brute)
-      n = decide(w, parts + at, n);
-    for (unsigned l = 0; l < n; l++)
-      walk_range(w, &parts[at + l]);
-    if (!w->walk->programs)
-      zs_arena_rewind(w->arena, mark);
-  }
+  range parts[ZS_LANES];
+  unsigned n = split(whole, parts);
+  zs_arena_mark mark = zs_arena_mark_here(w->arena);
+  if (!w->walk->control || !w->walk->control->brute)
+    n = decide(w, parts, n);
+  for (unsigned l = 0; l < n; l++)
+    walk_range(w, &parts[l]);
+  if (!w->walk->programs)
+    zs_arena_rewind(w->arena, mark);
 }
 
 static bool add(range_list *list, const range *r)
@@ -194,15 +190,12 @@ static bool refine(walker *w, range_list *list)
       done = add(&finer, &list->ranges[i]);
       continue;
     }
-    range parts[BRANCH * BRANCH * BRANCH];
-    unsigned count = split(&list->ranges[i], parts);
-    for (unsigned at = 0; done && at < count; at += ZS_LANES) {
-      unsigned n = count - at < ZS_LANES ? count - at : ZS_LANES;
-      if (!w->walk->control || !w->walk->control->brute)
-        n = decide(w, parts + at, n);
-      for (unsigned l = 0; done && l < n; l++)
-        done = add(&finer, &parts[at + l]);
-    }
+    range parts[ZS_LANES];
+    unsigned n = split(&list->ranges[i], parts);
+    if (!w->walk->control || !w->walk->control->brute)
+      n = decide(w, parts, n);
+    for (unsigned l = 0; done && l < n; l++)
+      done = add(&finer, &parts[l]);
   }
   free(list->ranges);
   *list = finer;

@@ -87,7 +87,7 @@ static double seconds_of(clockid_t clock)
 
 bench_span bench_now(void)
 {
-  return (bench_span){seconds_of(CLOCK_MONOTONIC), seconds_of(CLOCK_PROCESS_CPUTIME_ID), false};
+  return (bench_span){seconds_of(CLOCK_MONOTONIC), seconds_of(CLOCK_THREAD_CPUTIME_ID), false};
 }
 
 bench_span bench_since(bench_span begun, bool done)
