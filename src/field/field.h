@@ -31,13 +31,16 @@ typedef struct zs_stand_ins {
   uint16_t input[ZS_MAXIMUM_INPUTS];
 } zs_stand_ins;
 
+enum { ZS_TEAM = 4 /* neighbouring lanes, which are likely to need the same */ };
+
 /* Shortening works on sixteen lanes together: one pass from the result back
  * lists, for every lane, the instructions that it keeps. */
 typedef struct zs_shortener {
   uint32_t capacity;        /* instructions of the longest program */
   uint16_t *needed;         /* by instruction: lanes that need it */
   zs_stand_ins *stand_ins;  /* by instruction, of those that any lane needs */
-  uint32_t *forward;        /* by instruction: what all lanes that need it replace it by */
+  uint32_t *forward[ZS_LANES / ZS_TEAM]; /* by team and instruction: what all lanes of the team
+                                            that need it replace it by */
   zs_demand *demands;       /* by instruction: where it matters */
   uint32_t *renamed;        /* by instruction: its new index in the lane at hand */
   uint32_t *kept[ZS_LANES]; /* indices in descending order */

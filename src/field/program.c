@@ -11,21 +11,23 @@ bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity)
   *shortener = (zs_shortener){.capacity = capacity};
   shortener->needed = malloc(capacity * sizeof *shortener->needed);
   shortener->stand_ins = malloc(capacity * sizeof *shortener->stand_ins);
-  shortener->forward = malloc(capacity * sizeof *shortener->forward);
   shortener->demands = malloc(capacity * sizeof *shortener->demands);
   shortener->renamed = malloc(capacity * sizeof *shortener->renamed);
   uint32_t *kept = malloc((size_t)capacity * ZS_LANES * sizeof *kept);
+  uint32_t *forward = malloc((size_t)capacity * (ZS_LANES / ZS_TEAM) * sizeof *forward);
   for (unsigned l = 0; kept && l < ZS_LANES; l++)
     shortener->kept[l] = kept + (size_t)l * capacity;
-  return shortener->needed && shortener->stand_ins && shortener->forward && shortener->demands &&
-         shortener->renamed && kept;
+  for (unsigned t = 0; forward && t < ZS_LANES / ZS_TEAM; t++)
+    shortener->forward[t] = forward + (size_t)t * capacity;
+  return shortener->needed && shortener->stand_ins && shortener->demands && shortener->renamed &&
+         kept && forward;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
 {
   free(shortener->needed);
   free(shortener->stand_ins);
-  free(shortener->forward);
+  free(shortener->forward[0]);
   free(shortener->demands);
   free(shortener->renamed);
   free(shortener->kept[0]);
@@ -57,21 +59,22 @@ static unsigned replace(zs_shortener *shortener, const zs_instruction *instructi
   return replaced;
 }
 
-/* Chains of instructions that all lanes replace alike are long where each keeps a
- * few of many operands: one step takes a lane to their end. */
+/* Chains of instructions that a team replaces alike are long where each lane keeps
+ * a few of many operands: one step takes a lane to their end. */
 static void find_forwards(zs_shortener *shortener, const zs_instruction *instructions,
-                          uint32_t count)
+                          uint32_t count, unsigned team)
 {
-  uint32_t *forward = shortener->forward;
+  const unsigned lanes = ((1u << ZS_TEAM) - 1) << (team * ZS_TEAM);
+  uint32_t *forward = shortener->forward[team];
   for (uint32_t i = 0; i < ZS_COORDINATES; i++)
     forward[i] = i;
   for (uint32_t i = ZS_COORDINATES; i < count; i++) {
-    const uint16_t needed = shortener->needed[i];
+    const unsigned needed = shortener->needed[i] & lanes;
     if (!needed)
       continue;
     forward[i] = i;
     for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++)
-      if (shortener->stand_ins[i].input[k] == needed)
+      if ((shortener->stand_ins[i].input[k] & lanes) == needed)
         forward[i] = forward[instructions[i].in[k]];
   }
 }
@@ -100,14 +103,17 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
     for (unsigned k = 0; k < operation->arity; k++)
       needed[instruction->in[k]] |= (uint16_t)kept;
   }
-  find_forwards(shortener, instructions, count);
+  for (unsigned team = 0; team < ZS_LANES / ZS_TEAM; team++)
+    if (lanes >> (team * ZS_TEAM) & ((1u << ZS_TEAM) - 1))
+      find_forwards(shortener, instructions, count, team);
 }
 
 /* The instruction that a lane keeps in the place of a needed one. */
 static uint32_t resolved(const zs_shortener *shortener, const zs_instruction *instructions,
                          unsigned lane, uint32_t index)
 {
-  while ((index = shortener->forward[index]) >= ZS_COORDINATES) {
+  const uint32_t *forward = shortener->forward[lane / ZS_TEAM];
+  while ((index = forward[index]) >= ZS_COORDINATES) {
     const zs_stand_ins *stand_ins = &shortener->stand_ins[index];
     unsigned k = 0;
     while (k < ZS_MAXIMUM_INPUTS && !(stand_ins->input[k] >> lane & 1))
