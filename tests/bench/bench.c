@@ -33,6 +33,8 @@ static const target targets[] = {
    "x"},
   {"spheres-100, unpruned values: ours by C", "spheres-100 unpruned", "spheres-100 handwritten",
    AT_MOST, 1, "x"},
+  {"spheres-1000, 256³ occupancy: gain over scalar", "scalar spheres-1000 256", NULL, AT_LEAST, 10,
+   "x"},
   {"spheres-100000 by spheres-1000, same surface, 256³", "spheres-100000 occupancy 256",
    "spheres-1000 occupancy 256", AT_MOST, 3, "x"},
   {"spheres-1000, 256³ values: gain over brute force", "spheres-1000 values 256 brute", NULL,
@@ -114,8 +116,8 @@ int main(int argc, char **argv)
   setvbuf(stdout, NULL, _IOLBF, 0);
   print_header();
   /* Memory comes first: a child's peak is never less than its parent's. */
-  bench_section *const sections[] = {bench_memory,  bench_workloads, bench_handwritten,
-                                     bench_peers,   bench_loading,   bench_pictures};
+  bench_section *const sections[] = {bench_memory, bench_workloads, bench_scalar,  bench_handwritten,
+                                     bench_peers,  bench_loading,   bench_pictures};
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     sections[i](&b);
   if (!b.smoke)

@@ -12,6 +12,7 @@ tests_bench_bench_SOURCES = \
   tests/bench/memory.c \
   tests/bench/peers.c \
   tests/bench/pictures.c \
+  tests/bench/scalar.c \
   tests/bench/scenes.c \
   tests/bench/scenes.h \
   tests/bench/vm.c \

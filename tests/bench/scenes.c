@@ -193,15 +193,27 @@ const char *scene_path(char path[4096], const char *name)
   return path;
 }
 
-zs_field *scene_compile(scene_writer *write, unsigned n)
+static zs_field *compile(scene_writer *write, unsigned n, const zs_control *control)
 {
   text t = {0};
   char path[4096];
   zs_scene *scene = write(&t, n) ? zs_scene_parse(t.bytes, t.length,
                                                   scene_path(path, "bench.xml"), NULL, bench_diag())
                                  : NULL;
-  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, bench_diag()) : NULL;
+  zs_field *field = scene ? zs_scene_compile(scene, NULL, control, bench_diag()) : NULL;
   zs_scene_free(scene);
   text_clear(&t);
   return field;
+}
+
+zs_field *scene_compile(scene_writer *write, unsigned n)
+{
+  return compile(write, n, NULL);
+}
+
+zs_field *scene_compile_scalar(scene_writer *write, unsigned n)
+{
+  zs_control control = bench_control(1);
+  control.scalar = true;
+  return compile(write, n, &control);
 }

@@ -37,6 +37,8 @@ bool scene_prospero_exists(void);
 
 /* A scene compiled; NULL when it cannot be. */
 zs_field *scene_compile(scene_writer *write, unsigned n);
+/* The same from the formulas of its nodes, by scalar operations alone. */
+zs_field *scene_compile_scalar(scene_writer *write, unsigned n);
 
 /* A file below the project's scenes/. */
 const char *scene_path(char path[4096], const char *name);
