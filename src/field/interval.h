@@ -90,20 +90,6 @@ static inline zs_interval zs_interval_divide(zs_interval a, zs_interval b)
   return zs_interval_hull4(a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi, 1);
 }
 
-static inline zs_interval zs_interval_minimum(zs_interval a, zs_interval b)
-{
-  if (!(a.lo <= a.hi && b.lo <= b.hi))
-    return zs_interval_unknown();
-  return (zs_interval){a.lo < b.lo ? a.lo : b.lo, a.hi < b.hi ? a.hi : b.hi};
-}
-
-static inline zs_interval zs_interval_maximum(zs_interval a, zs_interval b)
-{
-  if (!(a.lo <= a.hi && b.lo <= b.hi))
-    return zs_interval_unknown();
-  return (zs_interval){a.lo > b.lo ? a.lo : b.lo, a.hi > b.hi ? a.hi : b.hi};
-}
-
 static inline zs_interval zs_interval_negate(zs_interval a)
 {
   return (zs_interval){-a.hi, -a.lo};
@@ -118,25 +104,6 @@ static inline zs_interval zs_interval_absolute(zs_interval a)
   if (!(a.lo <= a.hi))
     return zs_interval_unknown();
   return (zs_interval){0, -a.lo > a.hi ? -a.lo : a.hi};
-}
-
-static inline zs_interval zs_interval_square(zs_interval a)
-{
-  zs_interval m = zs_interval_absolute(a);
-  return zs_interval_widened(m.lo * m.lo, m.hi * m.hi, 1);
-}
-
-static inline zs_interval zs_interval_square_root(zs_interval a)
-{
-  if (!(a.lo >= 0))
-    return zs_interval_unknown();
-  return zs_interval_widened(sqrtf(a.lo), sqrtf(a.hi), 1);
-}
-
-static inline zs_interval zs_interval_hypot(zs_interval a, zs_interval b)
-{
-  zs_interval m = zs_interval_absolute(a), n = zs_interval_absolute(b);
-  return zs_interval_widened(sqrtf(m.lo * m.lo + n.lo * n.lo), sqrtf(m.hi * m.hi + n.hi * n.hi), 3);
 }
 
 #endif
