@@ -93,9 +93,9 @@ static void evaluate_part(zs_eval *eval, const zs_program *program, const zs_lat
  * have the same values in every layer and are run once; those that depend on
  * nothing but z are run once, for a point per layer. */
 
-enum { ON_X = 1, ON_Y = 2, ON_Z = 4 };
+enum { ON_Z = 1 << 2 }; /* the bit of coordinate 2 */
 
-/* Which coordinates each instruction depends on. */
+/* Which coordinates each instruction depends on, one bit each. */
 static void find_dependences(const zs_program *program, uint8_t *on)
 {
   for (unsigned k = 0; k < ZS_COORDINATES; k++)
