@@ -63,10 +63,7 @@ static uint64_t hash_of(const zs_instruction *i)
 
 static bool equal(const zs_instruction *a, const zs_instruction *b)
 {
-  if (a->operation != b->operation || memcmp(a->in, b->in, sizeof a->in))
-    return false;
-  size_t size = a->operation->data_size;
-  return size ? !memcmp(a->data, b->data, size) : a->data == b->data;
+  return !memcmp(a->in, b->in, sizeof a->in) && zs_instruction_same_operation(a, b);
 }
 
 /* The place of an instruction in the table, or the free one it would take. */

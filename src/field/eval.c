@@ -100,9 +100,7 @@ zs_frame zs_frame_at(const double origin[3])
 
 /* ---- Running programs -------------------------------------------------------- */
 
-/* Round n up to whole lanes, repeating the last point, so that no lane meets
- * stale numbers. */
-static unsigned pad(unsigned n, float *x, float *y, float *z)
+unsigned zs_pad_points(unsigned n, float *x, float *y, float *z)
 {
   unsigned padded = (n + ZS_LANES - 1) / ZS_LANES * ZS_LANES;
   for (unsigned i = n; i < padded; i++) {
@@ -138,7 +136,8 @@ void zs_program_values(zs_eval *eval, const zs_program *program, const zs_frame 
   if (!n)
     return;
   float *const coordinates[3] = {x, y, z};
-  run(eval, program, frame, pad(n, x, y, z), coordinates, f, eval->values, false);
+  n = zs_pad_points(n, x, y, z);
+  run(eval, program, frame, n, coordinates, f, eval->values, false);
 }
 
 void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_frame *frame,
@@ -147,7 +146,8 @@ void zs_program_gradients(zs_eval *eval, const zs_program *program, const zs_fra
   if (!n)
     return;
   float *const coordinates[3] = {x, y, z};
-  run(eval, program, frame, pad(n, x, y, z), coordinates, gradient, eval->gradients, true);
+  n = zs_pad_points(n, x, y, z);
+  run(eval, program, frame, n, coordinates, gradient, eval->gradients, true);
 }
 
 double zs_program_point(zs_eval *eval, const zs_program *program, const double point[3])
@@ -269,7 +269,8 @@ void zs_eval_values(zs_eval *eval, const double origin[3], size_t n, const float
     memcpy(at[0], x + from, m * sizeof *x);
     memcpy(at[1], y + from, m * sizeof *y);
     memcpy(at[2], z + from, m * sizeof *z);
-    run(eval, program, &frame, pad(m, at[0], at[1], at[2]), at, out, eval->gradients, false);
+    const unsigned padded = zs_pad_points(m, at[0], at[1], at[2]);
+    run(eval, program, &frame, padded, at, out, eval->gradients, false);
     memcpy(f + from, out, m * sizeof *f);
   }
 }

@@ -26,6 +26,9 @@ struct zs_field {
   size_t fit_count;
 };
 
+/* Whether two instructions do the same, if perhaps to different inputs. */
+bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction *b);
+
 /* Lanes, one bit each, in which an input stands in for an instruction. */
 typedef struct zs_stand_ins {
   uint16_t input[ZS_MAXIMUM_INPUTS];
@@ -94,5 +97,9 @@ struct zs_eval {
                    block each and ZS_EVAL_ROWS rows of results */
   float *kept;  /* zs_program_lattice: ZS_MAXIMUM_KEPT blocks */
 };
+
+/* Round n up to whole lanes, repeating the last point, so that no lane meets
+ * stale numbers. */
+unsigned zs_pad_points(unsigned n, float *x, float *y, float *z);
 
 #endif

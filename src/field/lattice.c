@@ -155,11 +155,6 @@ static void run_instruction(const layers *w, uint32_t i, unsigned n)
   instruction->operation->kernels[w->eval->isa]->value(&arguments);
 }
 
-static unsigned whole_lanes(unsigned n)
-{
-  return (n + ZS_LANES - 1) / ZS_LANES * ZS_LANES;
-}
-
 static void fill(float *block, unsigned n, float value)
 {
 #pragma omp simd
@@ -201,10 +196,7 @@ static void run_layers(layers *w, float *f)
   for (unsigned k = 0; k < ZS_COORDINATES; k++)
     w->at[k] = w->eval->block + (size_t)k * ZS_BLOCK;
   fill_points(lattice, &layer, w->at[0], w->at[1], w->at[2]);
-  const unsigned points = point_count(&layer), n = whole_lanes(points);
-  for (unsigned i = points; i < n; i++)
-    for (unsigned k = 0; k < ZS_COORDINATES; k++)
-      w->at[k][i] = w->at[k][points - 1];
+  const unsigned n = zs_pad_points(point_count(&layer), w->at[0], w->at[1], w->at[2]);
   for (uint32_t i = ZS_COORDINATES; i < w->program->count; i++)
     if (!(w->on[i] & ON_Z))
       run_instruction(w, i, n);

@@ -122,16 +122,21 @@ typedef struct zs_operation {
 #define ZS_PASTE_(a, b) a##_##b
 #define ZS_PASTE(a, b) ZS_PASTE_(a, b)
 #define ZS_KERNELS(name) ZS_PASTE(name, ZS_ISA)
+#define ZS_DECLARE_KERNELS(name) ZS_DECLARE_VARIANTS(zs_kernels, name)
+#define ZS_DEFINE_KERNEL_TABLE(name) \
+  static const zs_kernels *const name##_table[ZS_ISA_COUNT] = ZS_VARIANTS(name, );
+
+/* The same for anything that a *.kernel.c defines: a declaration, and a list of
+ * addresses by instruction set; `member` picks one of an array. */
 #if defined ZS_WITH_X86_KERNELS
-#define ZS_DECLARE_KERNELS(name) extern const zs_kernels name##_baseline, name##_avx2, name##_avx512;
-#define ZS_DEFINE_KERNEL_TABLE(name) \
-  static const zs_kernels *const name##_table[ZS_ISA_COUNT] = {&name##_baseline, &name##_avx2, \
-                                                               &name##_avx512};
+#define ZS_DECLARE_VARIANTS(type, name) \
+  extern const type name##_baseline, name##_avx2, name##_avx512;
+#define ZS_VARIANTS(name, member) \
+  {&name##_baseline member, &name##_avx2 member, &name##_avx512 member}
 #else
-#define ZS_DECLARE_KERNELS(name) extern const zs_kernels name##_baseline;
-#define ZS_DEFINE_KERNEL_TABLE(name) \
-  static const zs_kernels *const name##_table[ZS_ISA_COUNT] = { \
-    &name##_baseline, &name##_baseline, &name##_baseline};
+#define ZS_DECLARE_VARIANTS(type, name) extern const type name##_baseline;
+#define ZS_VARIANTS(name, member) \
+  {&name##_baseline member, &name##_baseline member, &name##_baseline member}
 #endif
 
 #endif

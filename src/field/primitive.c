@@ -70,16 +70,6 @@ static unsigned used(const void *data)
   return inputs;
 }
 
-#if defined ZS_WITH_X86_KERNELS
-#define KERNELS(shape, root) \
-  {&zs_primitive_kernels_baseline[shape][root], &zs_primitive_kernels_avx2[shape][root], \
-   &zs_primitive_kernels_avx512[shape][root]}
-#else
-#define KERNELS(shape, root) \
-  {&zs_primitive_kernels_baseline[shape][root], &zs_primitive_kernels_baseline[shape][root], \
-   &zs_primitive_kernels_baseline[shape][root]}
-#endif
-
 #define OPERATION(SHAPE, NAME) \
   [ZS_PRIMITIVE_##SHAPE] = {{.name = #NAME " registers", .arity = 3, \
                              .data_size = sizeof(zs_primitive), .used = used, \
@@ -89,7 +79,8 @@ static unsigned used(const void *data)
                              .kernels = kernels[ZS_PRIMITIVE_##SHAPE][1], \
                              .reference = NAME##_reference}},
 #define LISTS(SHAPE) \
-  [ZS_PRIMITIVE_##SHAPE] = {KERNELS(ZS_PRIMITIVE_##SHAPE, 0), KERNELS(ZS_PRIMITIVE_##SHAPE, 1)},
+  [ZS_PRIMITIVE_##SHAPE] = {ZS_VARIANTS(zs_primitive_kernels, [ZS_PRIMITIVE_##SHAPE][0]), \
+                            ZS_VARIANTS(zs_primitive_kernels, [ZS_PRIMITIVE_##SHAPE][1])},
 
 typedef const zs_kernels *kernel_list[ZS_ISA_COUNT];
 static const kernel_list kernels[ZS_PRIMITIVE_COUNT][2] = {

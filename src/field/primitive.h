@@ -33,11 +33,6 @@ const zs_operation *zs_primitive_operation(zs_primitive_shape shape, bool root);
 
 /* By shape; [0]: of registers, [1]: of the frame's coordinates. */
 typedef zs_kernels zs_primitive_table[ZS_PRIMITIVE_COUNT][2];
-#define ZS_DECLARE_PRIMITIVES(isa) extern const zs_primitive_table zs_primitive_kernels_##isa;
-ZS_DECLARE_PRIMITIVES(baseline)
-#if defined ZS_WITH_X86_KERNELS
-ZS_DECLARE_PRIMITIVES(avx2)
-ZS_DECLARE_PRIMITIVES(avx512)
-#endif
+ZS_DECLARE_VARIANTS(zs_primitive_table, zs_primitive_kernels)
 
 #endif

@@ -30,7 +30,7 @@ static inline numbers ball_numbers(const double *p)
 
 static inline numbers tube_numbers(const double *p)
 {
-  return make_numbers(0, 0, 0, p[0]);
+  return ball_numbers(p);
 }
 
 static inline numbers cuboid_numbers(const double *p)
@@ -50,7 +50,7 @@ static inline numbers torus_numbers(const double *p)
 
 static inline numbers capsule_numbers(const double *p)
 {
-  return make_numbers(p[1], 0, 0, p[0]);
+  return cylinder_numbers(p);
 }
 
 /* ---- Shapes ------------------------------------------------------------------------- */

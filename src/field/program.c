@@ -178,7 +178,7 @@ static uint32_t assign_registers(const zs_instruction *instructions, uint32_t co
   return used;
 }
 
-static bool same_operation(const zs_instruction *a, const zs_instruction *b)
+bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction *b)
 {
   return a->operation == b->operation &&
          (a->data == b->data ||
@@ -209,7 +209,7 @@ static void find_demands(const zs_instruction *instructions, uint32_t count, zs_
     for (unsigned k = 0; k < operation->arity; k++) {
       const uint32_t in = instruction->in[k];
       const bool chained = operation->demand && operation->arity > 1 &&
-                           same_operation(instruction, &instructions[in]);
+                           zs_instruction_same_operation(instruction, &instructions[in]);
       raise_demand(&demands[in], chained ? demands[i] : inputs);
     }
   }

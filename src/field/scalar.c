@@ -37,28 +37,21 @@ BINARY(BINARY_REFERENCES)
 UNARY(UNARY_REFERENCE)
 UNARY_REFERENCE(SELECT)
 
-#if defined ZS_WITH_X86_KERNELS
-#define TABLES(name, row) \
-  {&name##_baseline row, &name##_avx2 row, &name##_avx512 row}
-#else
-#define TABLES(name, row) {&name##_baseline row, &name##_baseline row, &name##_baseline row}
-#endif
-
 typedef const zs_kernels *kernel_list[ZS_ISA_COUNT];
 
 #define LISTS(NAME) \
-  [ZS_FUNCTION_##NAME] = {TABLES(zs_scalar_kernels, [ZS_FUNCTION_##NAME][0]), \
-                          TABLES(zs_scalar_kernels, [ZS_FUNCTION_##NAME][1]), \
-                          TABLES(zs_scalar_kernels, [ZS_FUNCTION_##NAME][2])},
+  [ZS_FUNCTION_##NAME] = {ZS_VARIANTS(zs_scalar_kernels, [ZS_FUNCTION_##NAME][0]), \
+                          ZS_VARIANTS(zs_scalar_kernels, [ZS_FUNCTION_##NAME][1]), \
+                          ZS_VARIANTS(zs_scalar_kernels, [ZS_FUNCTION_##NAME][2])},
 static const kernel_list kernels[ZS_FUNCTION_COUNT][ZS_FORM_COUNT] = {
   BINARY(LISTS)
   UNARY(LISTS)
   LISTS(SELECT)
 };
 
-static const kernel_list linear_root_kernels = TABLES(zs_linear_root_kernels, );
-static const kernel_list linear_registers_kernels = TABLES(zs_linear_registers_kernels, );
-static const kernel_list constant_kernels = TABLES(zs_constant_kernels, );
+static const kernel_list linear_root_kernels = ZS_VARIANTS(zs_linear_root_kernels, );
+static const kernel_list linear_registers_kernels = ZS_VARIANTS(zs_linear_registers_kernels, );
+static const kernel_list constant_kernels = ZS_VARIANTS(zs_constant_kernels, );
 
 /* ---- Where operands matter -------------------------------------------------- */
 

@@ -30,14 +30,9 @@ extern const zs_operation zs_linear_root, zs_linear_registers;
 extern const zs_operation zs_constant, zs_coordinate;
 
 typedef zs_kernels zs_scalar_table[ZS_FUNCTION_COUNT][ZS_FORM_COUNT];
-#define ZS_DECLARE_SCALAR(isa) \
-  extern const zs_scalar_table zs_scalar_kernels_##isa; \
-  extern const zs_kernels zs_linear_root_kernels_##isa, zs_linear_registers_kernels_##isa, \
-    zs_constant_kernels_##isa;
-ZS_DECLARE_SCALAR(baseline)
-#if defined ZS_WITH_X86_KERNELS
-ZS_DECLARE_SCALAR(avx2)
-ZS_DECLARE_SCALAR(avx512)
-#endif
+ZS_DECLARE_VARIANTS(zs_scalar_table, zs_scalar_kernels)
+ZS_DECLARE_KERNELS(zs_linear_root_kernels)
+ZS_DECLARE_KERNELS(zs_linear_registers_kernels)
+ZS_DECLARE_KERNELS(zs_constant_kernels)
 
 #endif

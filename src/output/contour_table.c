@@ -44,8 +44,9 @@ static unsigned faces_of(unsigned edge)
 }
 
 /* On one face, join the edge on which each run of inside corners ends to the
- * edge on which it begins. */
-static void cut_face(unsigned inside, unsigned axis, unsigned side, uint8_t next[ZS_CELL_EDGES])
+ * edge on which it begins, or with `apart` to that on which the next one does. */
+static void cut_face(unsigned inside, unsigned axis, unsigned side, bool apart,
+                     uint8_t next[ZS_CELL_EDGES])
 {
   unsigned corners[4];
   face_corners(axis, side, corners);
@@ -53,28 +54,13 @@ static void cut_face(unsigned inside, unsigned axis, unsigned side, uint8_t next
     unsigned last = corners[i], after = corners[(i + 1) % 4];
     if (!(inside >> last & 1) || inside >> after & 1)
       continue;
-    unsigned first = i;
-    while (inside >> corners[(first + 3) % 4] & 1)
-      first = (first + 3) % 4;
-    next[edge_between(last, after)] =
-      (uint8_t)edge_between(corners[(first + 3) % 4], corners[first]);
-  }
-}
-
-/* On one face, join the edge on which each run of inside corners ends to the
- * edge on which the next one begins. */
-static void cut_face_apart(unsigned inside, unsigned axis, unsigned side,
-                           uint8_t next[ZS_CELL_EDGES])
-{
-  unsigned corners[4];
-  face_corners(axis, side, corners);
-  for (unsigned i = 0; i < 4; i++) {
-    unsigned last = corners[i], after = corners[(i + 1) % 4];
-    if (!(inside >> last & 1) || inside >> after & 1)
-      continue;
-    unsigned first = i + 2;
-    while (!(inside >> corners[first % 4] & 1))
-      first++;
+    unsigned first = apart ? i + 2 : i;
+    if (apart)
+      while (!(inside >> corners[first % 4] & 1))
+        first++;
+    else
+      while (inside >> corners[(first + 3) % 4] & 1)
+        first += 3;
     next[edge_between(last, after)] =
       (uint8_t)edge_between(corners[(first + 3) % 4], corners[first % 4]);
   }
@@ -182,7 +168,7 @@ static void make_case(unsigned inside, zs_cell_case *cell)
   memset(next, NONE, sizeof next);
   for (unsigned axis = 0; axis < 3; axis++)
     for (unsigned side = 0; side < 2; side++)
-      cut_face(inside, axis, side, next);
+      cut_face(inside, axis, side, false, next);
   for (unsigned edge = 0; edge < ZS_CELL_EDGES; edge++) {
     unsigned n = take_loop(next, edge, loop);
     if (!n)
@@ -210,10 +196,7 @@ static void make_loops(unsigned inside, unsigned parted, zs_cell_loops *loops)
   uint8_t next[ZS_CELL_EDGES];
   memset(next, NONE, sizeof next);
   for (unsigned face = 0; face < ZS_NO_FACE; face++)
-    if (face == parted)
-      cut_face_apart(inside, face / 2, face % 2, next);
-    else
-      cut_face(inside, face / 2, face % 2, next);
+    cut_face(inside, face / 2, face % 2, face == parted, next);
   for (unsigned edge = 0; edge < ZS_CELL_EDGES; edge++) {
     if (next[edge] == NONE)
       continue;

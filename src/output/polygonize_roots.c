@@ -1,15 +1,7 @@
 #include "output/polygonize_roots.h"
 
-#if defined ZS_WITH_X86_KERNELS
-extern const zs_root_kernels zs_root_kernels_baseline, zs_root_kernels_avx2,
-  zs_root_kernels_avx512;
-static const zs_root_kernels *const kernels[ZS_ISA_COUNT] = {
-  &zs_root_kernels_baseline, &zs_root_kernels_avx2, &zs_root_kernels_avx512};
-#else
-extern const zs_root_kernels zs_root_kernels_baseline;
-static const zs_root_kernels *const kernels[ZS_ISA_COUNT] = {
-  &zs_root_kernels_baseline, &zs_root_kernels_baseline, &zs_root_kernels_baseline};
-#endif
+ZS_DECLARE_VARIANTS(zs_root_kernels, zs_root_kernels)
+static const zs_root_kernels *const kernels[ZS_ISA_COUNT] = ZS_VARIANTS(zs_root_kernels, );
 
 /* How far from its middle a bracket may be looked at in the first round, in units
  * of its line.  Halved in every round, it makes brackets close at most seven

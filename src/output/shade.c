@@ -91,15 +91,8 @@ zs_color zs_backdrop(float height)
 
 /* ---- Openness ------------------------------------------------------------------------ */
 
-#if defined ZS_WITH_X86_KERNELS
-extern const zs_sky_kernel zs_sky_kernel_baseline, zs_sky_kernel_avx2, zs_sky_kernel_avx512;
-static const zs_sky_kernel *const kernels[ZS_ISA_COUNT] = {
-  &zs_sky_kernel_baseline, &zs_sky_kernel_avx2, &zs_sky_kernel_avx512};
-#else
-extern const zs_sky_kernel zs_sky_kernel_baseline;
-static const zs_sky_kernel *const kernels[ZS_ISA_COUNT] = {
-  &zs_sky_kernel_baseline, &zs_sky_kernel_baseline, &zs_sky_kernel_baseline};
-#endif
+ZS_DECLARE_VARIANTS(zs_sky_kernel, zs_sky_kernel)
+static const zs_sky_kernel *const kernels[ZS_ISA_COUNT] = ZS_VARIANTS(zs_sky_kernel, );
 
 static float diagonal(const zs_camera *camera)
 {

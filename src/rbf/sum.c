@@ -182,18 +182,8 @@ const void *zs_rbf_sum_restricted(const void *data, const float lo[3], const flo
 
 /* ---- Operations ------------------------------------------------------------------ */
 
-#if defined ZS_WITH_X86_KERNELS
-#define TABLE(KERNEL) \
-  {&zs_rbf_sum_kernels_baseline[KERNEL], &zs_rbf_sum_kernels_avx2[KERNEL], \
-   &zs_rbf_sum_kernels_avx512[KERNEL]}
-#else
-#define TABLE(KERNEL) \
-  {&zs_rbf_sum_kernels_baseline[KERNEL], &zs_rbf_sum_kernels_baseline[KERNEL], \
-   &zs_rbf_sum_kernels_baseline[KERNEL]}
-#endif
-
 static const zs_kernels *const kernels[ZS_RBF_KERNEL_COUNT][ZS_ISA_COUNT] = {
-  TABLE(ZS_RBF_R), TABLE(ZS_RBF_R3), TABLE(ZS_RBF_R5), TABLE(ZS_RBF_TPS2), TABLE(ZS_RBF_TPS4)};
+  ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_R]), ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_R3]), ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_R5]), ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_TPS2]), ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_TPS4])};
 
 #define OPERATION(NAME, KERNEL) \
   [KERNEL] = {.name = NAME, .arity = 3, .kernels = kernels[KERNEL], .reference = reference, \

@@ -43,11 +43,6 @@ const void *zs_rbf_sum_restricted(const void *data, const float lo[3], const flo
 const zs_operation *zs_rbf_sum_operation(zs_rbf_kernel kernel);
 
 typedef zs_kernels zs_rbf_sum_table[ZS_RBF_KERNEL_COUNT];
-#define ZS_DECLARE_RBF_SUM(isa) extern const zs_rbf_sum_table zs_rbf_sum_kernels_##isa;
-ZS_DECLARE_RBF_SUM(baseline)
-#if defined ZS_WITH_X86_KERNELS
-ZS_DECLARE_RBF_SUM(avx2)
-ZS_DECLARE_RBF_SUM(avx512)
-#endif
+ZS_DECLARE_VARIANTS(zs_rbf_sum_table, zs_rbf_sum_kernels)
 
 #endif
