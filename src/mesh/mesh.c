@@ -1,5 +1,6 @@
 #include "mesh/mesh.h"
 
+#include "base/arena.h"
 #include "base/diagnostic.h"
 
 #include <stdlib.h>
@@ -11,7 +12,9 @@ static void *resized(void *array, size_t count, size_t size)
 {
   if (count > SIZE_MAX / 2 / size)
     return NULL;
-  return realloc(array, count ? count * size : 1);
+  void *new = realloc(array, count ? count * size : 1);
+  zs_memory_is_large(new, count * size);
+  return new;
 }
 
 static bool check_vertex_count(size_t vertex_count, zs_diag *diag)

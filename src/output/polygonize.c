@@ -184,6 +184,7 @@ static bool number(zs_polygonize_job *job)
     brick->first_triangle = job->triangle_count;
     job->vertex_count += brick->vertex_count;
     job->triangle_count += brick->triangle_count;
+    job->loop_count += brick->loop_count;
   }
   if (!job->triangle_count)
     return fail_empty(job);
@@ -273,11 +274,15 @@ static bool mend_normals(zs_mesh *mesh)
 
 /* ---- The job --------------------------------------------------------------------------- */
 
-/* Method `contour`, from the lattice on. */
+/* Method `contour`, from the lattice on.  There is room for all creases that
+ * there may be: what is not written costs nothing, where moving the vertices to
+ * larger arrays would. */
 static bool run_contour(zs_polygonize_job *job, double *evaluated)
 {
-  /* Creases add to both: room for triangles is found when all are counted. */
-  job->mesh = zs_mesh_new(job->vertex_count, 0, needs_normals(job), job->diag);
+  size_t room = job->vertex_count + (job->creases ? job->loop_count : 0);
+  if (room >= UINT32_MAX) /* more than a mesh can have, but there may be fewer */
+    room = job->vertex_count;
+  job->mesh = zs_mesh_new(room, 0, needs_normals(job), job->diag);
   if (!job->mesh || !zs_polygonize_vertices(job) ||
       (job->creases && !zs_polygonize_creases(job)))
     return false;

@@ -68,6 +68,7 @@ struct zs_brick {
   zs_row_bits crossing[3];             /* by axis: edges with a vertex of their own */
   uint16_t first[ZS_BRICK_ROWS];       /* vertices of the rows before */
   uint32_t vertex_count, triangle_count;
+  uint32_t loop_count; /* of its cells: so many creases at most */
   size_t first_vertex, first_triangle;
   const zs_moved *moved;
   uint32_t moved_count;
@@ -117,6 +118,7 @@ typedef struct zs_polygonize_job {
   zs_brick outside, inside;
   zs_brick **active; /* bricks that hold data of their own, in order of the table */
   size_t active_count, vertex_count, triangle_count; /* creases included once known */
+  size_t loop_count;
   size_t patch_count;
   zs_polygonize_worker *workers;
   zs_arena *programs; /* one per thread: the bricks' programs */

@@ -150,13 +150,14 @@ void zs_polygonize_count(const zs_polygonize_job *job, zs_brick *brick)
   if (job->features)
     return;
   zs_brick_find_cells(job, brick, (const uint32_t(*)[ZS_REACH])rows, cells);
-  brick->triangle_count = 0;
+  brick->triangle_count = brick->loop_count = 0;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     for (unsigned bits = cells[row]; bits; bits &= bits - 1) {
       unsigned inside = zs_brick_cell_case((const uint32_t(*)[ZS_REACH])rows,
                                            (unsigned)__builtin_ctz(bits), row % ZS_BRICK,
                                            row / ZS_BRICK);
       brick->triangle_count += job->cases.cases[inside].triangle_count;
+      brick->loop_count += job->cases.cases[inside].loop_count;
     }
 }
 

@@ -103,7 +103,7 @@ static void compact_creases(zs_brick *brick)
 /* Give up creases at the place of an edge's vertex. */
 static void compare_vertices(const zs_polygonize_job *job, const table *t)
 {
-  const size_t vertices = job->mesh->vertex_count;
+  const size_t vertices = job->vertex_count;
 #pragma omp parallel for schedule(static) num_threads(job->threads)
   for (size_t at = 0; at < vertices; at += AHEAD) {
     const float *positions = job->mesh->positions + 3 * at;
