@@ -13,6 +13,8 @@ zs_sources += \
   src/output/polygonize.h \
   src/output/polygonize_cells.c \
   src/output/polygonize_creases.c \
+  src/output/polygonize_creases.h \
+  src/output/polygonize_creases_settle.c \
   src/output/polygonize_distinct.c \
   src/output/polygonize_features.c \
   src/output/polygonize_features_quads.c \
@@ -36,6 +38,7 @@ zs_sources += \
   src/output/voxelize.c
 
 zs_kernel_sources += \
+  src/output/polygonize_creases.kernel.c \
   src/output/polygonize_roots.kernel.c \
   src/output/polygonize_rows.kernel.c \
   src/output/shade.kernel.c

@@ -31,6 +31,11 @@ static inline bool zs_row_has(const zs_row_bits crossing[3], unsigned row)
   return (crossing[0][row] | crossing[1][row] | crossing[2][row]) != 0;
 }
 
+/* Corners closer to the surface than this part of a cell are moved away along
+ * the gradient, to this distance: no triangle gets very small, and the cells
+ * stay convex enough never to overlap. */
+static const float ZS_REPULSION = 0.1f;
+
 /* A corner that was moved away from the surface (see polygonize_sample.c). */
 typedef struct zs_moved {
   uint16_t corner; /* 256 z + 16 y + x in its brick */
@@ -44,7 +49,7 @@ typedef struct zs_crease {
   uint16_t edges;  /* of the loop that it belongs to, one bit each; 0: given up */
   float place[3];  /* in the brick's frame */
   float normal[3]; /* out of the solid */
-  bool settled;    /* on the surface */
+  bool alone;      /* no other vertex can be where it is */
 } zs_crease;
 
 typedef struct zs_normal_box {
@@ -76,7 +81,7 @@ struct zs_brick {
    * first, in order of row, axis and x; NULL when not known. */
   const float (*ends)[2];
   zs_crease *creases; /* in ascending order of cells */
-  uint32_t crease_count;
+  uint32_t crease_count, crowded_count; /* of them, those that are not alone */
   size_t first_crease; /* the vertex of the first one */
   /* Boxes that hold the normals of its vertices: of all, and by axis of those in
    * its lower side across the axis. */
@@ -261,6 +266,8 @@ bool zs_polygonize_creases(zs_polygonize_job *job);
 
 /* Give up creases at the place of another vertex.  False after reporting. */
 bool zs_polygonize_distinct(zs_polygonize_job *job);
+/* Find out which creases of a brick are alone. */
+void zs_creases_compare(const zs_polygonize_job *job, zs_brick *brick);
 
 /* The vertex of a crease whose loop joins the two given edges of a cell, or
  * false when there is none.  The cell may lie in a neighbour of the brick: its

@@ -8,11 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Corners closer to the surface than this part of a cell are moved away along
- * the gradient, to this distance: no triangle gets very small, and the cells
- * stay convex enough never to overlap. */
-static const float REPULSION = 0.1f;
-
 /* A slope measured from neighbouring samples may be this much too small. */
 static const float SLOPE_MARGIN = 2;
 
@@ -340,7 +335,7 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   s.brick->sampled = true;
   s.brick->at_face = zs_brick_at_face(job, index);
   s.frame = zs_brick_frame(job, s.brick);
-  s.reach = REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
+  s.reach = ZS_REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
   for (int k = 0; k < 3; k++)
     s.per_cell[k] = (float)(1 / job->cell[k]);
   s.rows = zs_row_kernels_of(zs_eval_isa(eval));
