@@ -298,7 +298,7 @@ static fitted *fitted_new(const zs_node *node, const zs_rbf *rbf, const zs_contr
   f->size = rbf->size;
   f->info = (zs_fit_info){.element = node->kind->name,
                           .kernel = zs_rbf_kernel_names[rbf->kernel],
-                          .method = "dense",
+                          .method = rbf->method,
                           .dimension = rbf->dimension,
                           .constraints = rbf->count,
                           .seconds = rbf->seconds,

@@ -1,7 +1,7 @@
 #include "rbf/constraints.h"
 
 #include "field/program.h"
-#include "rbf/fit.h"
+#include "rbf/clusters.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -68,45 +68,75 @@ static bool unit_normal(const zs_rbf_sample *sample, double unit[3])
   return true;
 }
 
-/* Radius of the largest ball on the side of `direction` that touches sample i
- * and holds no other sample of the same value. */
-static double touching_radius(const zs_rbf_samples *samples, size_t i, const double direction[3],
-                              double same)
+/* The samples and how they lie. */
+typedef struct cloud {
+  const zs_rbf_samples *samples;
+  zs_rbf_clusters *clusters; /* of the samples' positions */
+  double box; /* its diagonal */
+} cloud;
+
+/* A ball that touches a sample on one side and shrinks until it holds no other
+ * sample of the same value. */
+typedef struct ball {
+  const zs_rbf_sample *sample;
+  const double *direction;
+  double radius;
+} ball;
+
+static void shrink(const cloud *c, ball *b, const zs_rbf_sample *other)
 {
-  const zs_rbf_sample *p = &samples->samples[i];
-  double radius = INFINITY;
-  for (size_t j = 0; j < samples->count; j++) {
-    const zs_rbf_sample *q = &samples->samples[j];
-    double along = 0, square = 0;
-    for (int k = 0; k < 3; k++) {
-      double d = q->position[k] - p->position[k];
-      along += d * direction[k];
-      square += d * d;
-    }
-    if (along > 0 && square > same * same && square < 2 * along * radius && q->value == p->value)
-      radius = square / (2 * along);
+  const double same = SAME * c->box;
+  double along = 0, square = 0;
+  for (int k = 0; k < 3; k++) {
+    const double d = other->position[k] - b->sample->position[k];
+    along += d * b->direction[k];
+    square += d * d;
   }
-  return radius;
+  if (along > 0 && square > same * same && square < 2 * along * b->radius &&
+      other->value == b->sample->value)
+    b->radius = square / (2 * along);
+}
+
+/* By all samples of a cluster, unless it is farther than the ball reaches. */
+static void shrink_by_cluster(const cloud *c, ball *b, const zs_rbf_cluster *cluster)
+{
+  double square = 0;
+  for (int k = 0; k < 3; k++) {
+    const double x = b->sample->position[k];
+    const double gap = fmax(fmax(cluster->lo[k] - x, x - cluster->hi[k]), 0);
+    square += gap * gap;
+  }
+  if (square >= 4 * b->radius * b->radius)
+    return;
+  if (cluster->children) {
+    shrink_by_cluster(c, b, &c->clusters->clusters[cluster->children]);
+    shrink_by_cluster(c, b, &c->clusters->clusters[cluster->children + 1]);
+    return;
+  }
+  for (size_t i = cluster->first; i < cluster->first + cluster->count; i++)
+    shrink(c, b, &c->samples->samples[c->clusters->order[i]]);
 }
 
 /* The offsets of sample i to the inner and the outer side; 0: none. */
-static void offsets_of(const zs_rbf_samples *samples, size_t i, double offset, double box,
-                       bool both, double result[2])
+static void offsets_of(const cloud *c, size_t i, double offset, bool both, double result[2])
 {
+  const zs_rbf_sample *sample = &c->samples->samples[i];
   double unit[3], direction[3];
   result[0] = result[1] = 0;
-  if (!unit_normal(&samples->samples[i], unit))
+  if (!unit_normal(sample, unit))
     return;
+  const double automatic = c->box > 0 ? AUTOMATIC * c->box : 1;
   for (int side = 0; side < (both ? 2 : 1); side++) {
     if (!isnan(offset)) {
       result[side] = offset;
       continue;
     }
-    double automatic = box > 0 ? AUTOMATIC * box : 1;
     for (int k = 0; k < 3; k++)
       direction[k] = side ? unit[k] : -unit[k];
-    double most = CLEARANCE * touching_radius(samples, i, direction, SAME * box);
-    result[side] = fmin(automatic, most);
+    /* A larger ball would make no difference. */
+    ball b = {sample, direction, automatic / CLEARANCE};
+    shrink_by_cluster(c, &b, &c->clusters->clusters[0]);
+    result[side] = CLEARANCE * b.radius;
     if (result[side] < LEAST * automatic)
       result[side] = 0;
   }
@@ -145,6 +175,19 @@ static bool check_samples(const zs_rbf_samples *samples, const zs_place *place, 
                    samples->count, ZS_RBF_MAXIMUM_COUNT);
 }
 
+static bool make_cloud(cloud *c, const zs_rbf_samples *samples)
+{
+  enum { SMALLEST = 12 }; /* cluster */
+  double *positions = malloc(3 * samples->count * sizeof *positions);
+  *c = (cloud){.samples = samples, .box = diagonal(samples)};
+  for (size_t i = 0; positions && i < samples->count; i++)
+    memcpy(positions + 3 * i, samples->samples[i].position, 3 * sizeof *positions);
+  if (positions)
+    c->clusters = zs_rbf_clusters_new(positions, samples->count, 3, SMALLEST);
+  free(positions);
+  return c->clusters != NULL;
+}
+
 bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samples *samples,
                               double offset, bool both, const zs_control *control,
                               const zs_place *place, zs_diag *diag)
@@ -154,18 +197,20 @@ bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samp
   if (!check_samples(samples, place, diag))
     return false;
   const size_t n = samples->count;
-  const double box = diagonal(samples);
+  cloud c;
   double(*offsets)[2] = malloc(n * sizeof *offsets);
   constraints->positions = malloc(3 * n * 3 * sizeof *constraints->positions);
   constraints->values = malloc(3 * n * sizeof *constraints->values);
-  if (!offsets || !constraints->positions || !constraints->values) {
+  if (!make_cloud(&c, samples) || !offsets || !constraints->positions || !constraints->values) {
+    zs_rbf_clusters_free(c.clusters);
     free(offsets);
     zs_rbf_constraints_clear(constraints);
     return zs_fail_memory(diag);
   }
-#pragma omp parallel for schedule(static) num_threads(zs_control_threads(control))
+#pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
   for (size_t i = 0; i < n; i++)
-    offsets_of(samples, i, offset, box, both, offsets[i]);
+    offsets_of(&c, i, offset, both, offsets[i]);
+  zs_rbf_clusters_free(c.clusters);
   for (size_t i = 0; i < n; i++) {
     const zs_rbf_sample *sample = &samples->samples[i];
     double unit[3] = {0, 0, 0};

@@ -16,53 +16,76 @@ double zs_dense_bytes(size_t n, size_t terms)
   return sizeof(double) * rows * (rows + 3 * columns + 64 + 8);
 }
 
-/* Reflectors of an orthogonal Q whose leading columns span P. */
-static zs_dense_result decompose_polynomials(zs_dense *dense, const double *p)
+zs_dense_result zs_span_make(zs_span *span, size_t n, size_t terms, const double *p)
 {
-  const size_t n = dense->n, terms = dense->terms, most = n < terms ? n : terms;
+  const size_t most = n < terms ? n : terms;
+  *span = (zs_span){.n = n, .terms = terms};
   double *copy = malloc(n * terms * sizeof *copy);
-  double *left = malloc(n * most * sizeof *left);
+  span->basis = malloc(n * most * sizeof *span->basis);
   lapack_int status = LAPACK_WORK_MEMORY_ERROR;
-  if (copy && left) {
+  if (copy && span->basis) {
     memcpy(copy, p, n * terms * sizeof *copy);
     status = LAPACKE_dgesdd(LAPACK_COL_MAJOR, 'S', (lapack_int)n, (lapack_int)terms, copy,
-                            (lapack_int)n, dense->singular, left, (lapack_int)n, dense->right,
-                            (lapack_int)most);
+                            (lapack_int)n, span->singular, span->basis, (lapack_int)n,
+                            span->right, (lapack_int)most);
   }
   free(copy);
-  dense->reflectors = left;
   if (status)
     return status > 0 ? ZS_DENSE_SINGULAR : ZS_DENSE_MEMORY;
-  dense->rank = 0;
-  while (dense->rank < most &&
-         dense->singular[dense->rank] > RANK_TOLERANCE * dense->singular[0])
-    dense->rank++;
-  status = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (lapack_int)n, (lapack_int)dense->rank, left,
-                          (lapack_int)n, dense->tau);
+  while (span->rank < most && span->singular[span->rank] > RANK_TOLERANCE * span->singular[0])
+    span->rank++;
+  return ZS_DENSE_DONE;
+}
+
+void zs_span_free(zs_span *span)
+{
+  free(span->basis);
+  span->basis = NULL;
+}
+
+void zs_span_coefficients(const zs_span *span, const double *q, double *c)
+{
+  const size_t most = span->n < span->terms ? span->n : span->terms;
+  memset(c, 0, span->terms * sizeof *c);
+  for (size_t k = 0; k < span->rank; k++)
+    for (size_t j = 0; j < span->terms; j++)
+      c[j] += span->right[j * most + k] * q[k] / span->singular[k];
+}
+
+/* Reflectors of an orthogonal Q whose leading columns span P. */
+static zs_dense_result decompose_polynomials(zs_dense *dense, size_t n, size_t terms,
+                                             const double *p)
+{
+  zs_dense_result result = zs_span_make(&dense->span, n, terms, p);
+  if (result != ZS_DENSE_DONE)
+    return result;
+  double *basis = dense->span.basis;
+  lapack_int status = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (lapack_int)n, (lapack_int)dense->span.rank,
+                                     basis, (lapack_int)n, dense->tau);
   /* The triangle of an orthonormal matrix is diagonal, of ones up to sign. */
-  for (size_t k = 0; k < dense->rank; k++)
-    dense->sign[k] = left[k * n + k] < 0 ? -1 : 1;
+  for (size_t k = 0; k < dense->span.rank; k++)
+    dense->sign[k] = basis[k * n + k] < 0 ? -1 : 1;
   return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
 }
 
 /* Apply Q or its transpose to a matrix from one side. */
 static bool apply(const zs_dense *dense, char side, char transpose, size_t columns, double *matrix)
 {
-  const lapack_int n = (lapack_int)dense->n;
+  const lapack_int n = (lapack_int)dense->span.n;
   return LAPACKE_dormqr(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns,
-                        (lapack_int)dense->rank, dense->reflectors, n, dense->tau, matrix, n) == 0;
+                        (lapack_int)dense->span.rank, dense->span.basis, n, dense->tau, matrix, n) == 0;
 }
 
 zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, double *a,
                                    const double *p)
 {
-  *dense = (zs_dense){.n = n, .terms = terms, .a = a};
-  zs_dense_result result = decompose_polynomials(dense, p);
+  *dense = (zs_dense){.a = a};
+  zs_dense_result result = decompose_polynomials(dense, n, terms, p);
   if (result != ZS_DENSE_DONE)
     return result;
   if (!apply(dense, 'L', 'T', n, a) || !apply(dense, 'R', 'N', n, a))
     return ZS_DENSE_MEMORY;
-  const size_t rank = dense->rank, rest = n - rank;
+  const size_t rank = dense->span.rank, rest = n - rank;
   if (!rest)
     return ZS_DENSE_DONE;
   lapack_int status = LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', (lapack_int)rest,
@@ -74,7 +97,7 @@ zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, doub
 
 zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d, double *c)
 {
-  const size_t n = dense->n, rank = dense->rank, rest = n - rank;
+  const size_t n = dense->span.n, rank = dense->span.rank, rest = n - rank;
   double *q = malloc(n * sizeof *q);
   if (!q)
     return ZS_DENSE_MEMORY;
@@ -90,11 +113,9 @@ zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d
   for (size_t k = 0; k < rank; k++)
     for (size_t i = rank; i < n; i++)
       q[k] -= dense->a[k * n + i] * d[i];
-  memset(c, 0, dense->terms * sizeof *c);
-  const size_t most = n < dense->terms ? n : dense->terms;
   for (size_t k = 0; k < rank; k++)
-    for (size_t j = 0; j < dense->terms; j++)
-      c[j] += dense->right[j * most + k] * dense->sign[k] * q[k] / dense->singular[k];
+    q[k] *= dense->sign[k];
+  zs_span_coefficients(&dense->span, q, c);
   done = done && apply(dense, 'L', 'N', 1, d);
   free(q);
   return done ? ZS_DENSE_DONE : ZS_DENSE_MEMORY;
@@ -102,6 +123,5 @@ zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d
 
 void zs_dense_free(zs_dense *dense)
 {
-  free(dense->reflectors);
-  dense->reflectors = NULL;
+  zs_span_free(&dense->span);
 }

@@ -18,21 +18,34 @@
 
 enum { ZS_DENSE_MAXIMUM_TERMS = 21 }; /* quadratic polynomials in five dimensions */
 
-typedef struct zs_dense {
-  size_t n, terms, rank;
-  double *a;          /* n x n: Q^T A Q, its trailing block factorised */
-  double *reflectors; /* n x terms: Q, as LAPACK stores it */
-  double tau[ZS_DENSE_MAXIMUM_TERMS];
-  double sign[ZS_DENSE_MAXIMUM_TERMS]; /* U = Q1 diag(sign) */
-  double singular[ZS_DENSE_MAXIMUM_TERMS];
-  double right[ZS_DENSE_MAXIMUM_TERMS * ZS_DENSE_MAXIMUM_TERMS]; /* V^T, terms x terms */
-} zs_dense;
-
 typedef enum zs_dense_result {
   ZS_DENSE_DONE,
   ZS_DENSE_MEMORY,
   ZS_DENSE_SINGULAR
 } zs_dense_result;
+
+/* What the columns of P span: P = U diag (singular) V^T, singular values that
+ * are next to nothing taken for 0. */
+typedef struct zs_span {
+  size_t n, terms, rank;
+  double *basis; /* n x rank: U */
+  double singular[ZS_DENSE_MAXIMUM_TERMS];
+  double right[ZS_DENSE_MAXIMUM_TERMS * ZS_DENSE_MAXIMUM_TERMS]; /* V^T, terms x terms */
+} zs_span;
+
+/* P (n x terms) is left alone.  Free with zs_span_free in any case. */
+zs_dense_result zs_span_make(zs_span *span, size_t n, size_t terms, const double *p);
+void zs_span_free(zs_span *span);
+
+/* The least c (`terms`) for which P c has the coordinates q (`rank`) in U. */
+void zs_span_coefficients(const zs_span *span, const double *q, double *c);
+
+typedef struct zs_dense {
+  zs_span span; /* its basis is overwritten by Q, as LAPACK stores it */
+  double *a;    /* n x n: Q^T A Q, its trailing block factorised */
+  double tau[ZS_DENSE_MAXIMUM_TERMS];
+  double sign[ZS_DENSE_MAXIMUM_TERMS]; /* U = Q1 diag(sign) */
+} zs_dense;
 
 /* Bytes that a system of n equations works in, the matrix included. */
 double zs_dense_bytes(size_t n, size_t terms);

@@ -1,33 +1,33 @@
 #include "rbf/fit.h"
 
 #include "field/program.h"
-#include "rbf/dense.h"
+#include "rbf/distinct.h"
+#include "rbf/schwarz.h"
+#include "rbf/solve.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Constraints nearer than this part of the box are one constraint; values that
- * differ by less than this part of the largest are equal. */
-static const double SAME = 1e-9;
+/* Residuals as parts of the largest value: what is asked for by default, and
+ * what is no answer any more. */
+static const double TOLERANCE = 1e-6, USELESS = 1e-4;
 
-/* Residuals, as parts of the largest value: what refinement aims at, and what
- * is no answer any more. */
-static const double GOOD_RESIDUAL = 1e-10, USELESS_RESIDUAL = 1e-4;
-enum { REFINEMENTS = 2 };
+/* A smaller fit is done directly, which takes less time; a larger one that
+ * cannot be met by iterations is tried directly up to so many constraints. */
+enum { DIRECT = 700, DIRECT_AT_MOST = 20000 };
 
-/* A system being assembled and solved. */
+/* A fit being made. */
 typedef struct fitter {
   const zs_rbf_problem *problem;
   const zs_control *control;
   const zs_place *place;
   zs_diag *diag;
   zs_rbf *rbf;
-  unsigned degree, threads;
-  double *values; /* of the distinct constraints */
-  double *matrix, *monomials;
-  double *left, *step; /* what a solution leaves over; a correction */
-  double largest; /* value */
+  zs_rbf_distinct distinct;
+  zs_rbf_clusters *clusters;
+  double *values; /* in the order of the clusters */
+  double from, to; /* the part of the progress that the present solver is */
+  zs_rbf_solution solution;
 } fitter;
 
 unsigned zs_rbf_monomials(unsigned dimension, unsigned degree, const double *u, double *terms)
@@ -44,312 +44,217 @@ unsigned zs_rbf_monomials(unsigned dimension, unsigned degree, const double *u, 
   return n;
 }
 
-static unsigned degree_of(unsigned dimension, unsigned terms)
-{
-  return terms > dimension + 1 ? 2 : 1;
-}
-
-static double distance_squared(unsigned dimension, const double *a, const double *b)
-{
-  double s = 0;
-  for (unsigned k = 0; k < dimension; k++)
-    s += (a[k] - b[k]) * (a[k] - b[k]);
-  return s;
-}
-
-/* f at a point of the unit box. */
-static double value_at(const zs_rbf *rbf, const double *u)
+double zs_rbf_value(const zs_rbf *rbf, const double *point)
 {
   const unsigned dimension = rbf->dimension;
-  double terms[ZS_RBF_MAXIMUM_TERMS], f = 0;
+  double u[ZS_RBF_MAXIMUM_DIMENSION], terms[ZS_RBF_MAXIMUM_TERMS], f = 0;
+  for (unsigned k = 0; k < dimension; k++)
+    u[k] = (point[k] - rbf->centre[k]) / rbf->size;
   for (size_t j = 0; j < rbf->count; j++) {
-    double s = distance_squared(dimension, u, rbf->centres + j * dimension);
-    f += rbf->weights[j] * zs_rbf_phi(rbf->kernel, s);
+    double square = 0;
+    for (unsigned k = 0; k < dimension; k++) {
+      const double difference = u[k] - rbf->centres[j * dimension + k];
+      square += difference * difference;
+    }
+    f += rbf->weights[j] * zs_rbf_phi(rbf->kernel, square);
   }
-  zs_rbf_monomials(dimension, degree_of(dimension, rbf->terms), u, terms);
+  zs_rbf_monomials(dimension, rbf->terms > dimension + 1 ? 2 : 1, u, terms);
   for (unsigned k = 0; k < rbf->terms; k++)
     f += rbf->polynomial[k] * terms[k];
   return f;
 }
 
-double zs_rbf_value(const zs_rbf *rbf, const double *point)
+/* ---- Reports ----------------------------------------------------------------------- */
+
+static bool progress(void *context, double fraction)
 {
-  double u[ZS_RBF_MAXIMUM_DIMENSION];
-  for (unsigned k = 0; k < rbf->dimension; k++)
-    u[k] = (point[k] - rbf->centre[k]) / rbf->size;
-  return value_at(rbf, u);
+  const fitter *f = context;
+  const zs_control *control = f->control;
+  return !control || !control->progress ||
+         control->progress(control->context, "fitting", f->from + (f->to - f->from) * fraction);
 }
 
-static bool progress(const fitter *f, double fraction)
+static bool fail_cancelled(const fitter *f)
 {
-  if (!f->control || !f->control->progress ||
-      f->control->progress(f->control->context, "fitting", fraction))
-    return true;
   return zs_fail(f->diag, ZS_CANCELLED, NULL, "cancelled");
-}
-
-static bool unable(const fitter *f, const char *hint, const char *what)
-{
-  return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place, hint, "%s", what);
-}
-
-/* ---- Constraints ------------------------------------------------------------ */
-
-/* Map the box of the constraints to the unit box about the origin. */
-static void normalise(zs_rbf *rbf, const double *positions, size_t count)
-{
-  const unsigned dimension = rbf->dimension;
-  rbf->size = 0;
-  for (unsigned k = 0; k < dimension; k++) {
-    double lo = INFINITY, hi = -INFINITY;
-    for (size_t i = 0; i < count; i++) {
-      lo = fmin(lo, positions[i * dimension + k]);
-      hi = fmax(hi, positions[i * dimension + k]);
-    }
-    rbf->centre[k] = lo + (hi - lo) / 2;
-    rbf->size = fmax(rbf->size, hi - lo);
-  }
-  if (rbf->size == 0)
-    rbf->size = 1;
-}
-
-/* A constraint's place along a direction that no plane of a grid is normal to. */
-typedef struct sorted {
-  double key;
-  size_t index;
-} sorted;
-
-static int by_key(const void *a, const void *b)
-{
-  const sorted *p = a, *q = b;
-  if (p->key != q->key)
-    return p->key < q->key ? -1 : 1;
-  return p->index < q->index ? -1 : p->index > q->index;
-}
-
-/* Constraints sorted along a direction; NULL when memory is out. */
-static sorted *sort_constraints(const double *u, size_t count, unsigned dimension)
-{
-  static const double direction[ZS_RBF_MAXIMUM_DIMENSION] = {0.4841, 0.4131, 0.3877, 0.5519,
-                                                             0.3694};
-  sorted *order = malloc(count * sizeof *order);
-  if (!order)
-    return NULL;
-  for (size_t i = 0; i < count; i++) {
-    order[i] = (sorted){.index = i};
-    for (unsigned k = 0; k < dimension; k++)
-      order[i].key += direction[k] * u[i * dimension + k];
-  }
-  qsort(order, count, sizeof *order, by_key);
-  return order;
-}
-
-static bool fail_conflict(const fitter *f, size_t i, size_t j)
-{
-  const zs_rbf_problem *p = f->problem;
-  const size_t at[2] = {i, j};
-  char text[2][ZS_RBF_MAXIMUM_DIMENSION * 32] = {"", ""};
-  for (int side = 0; side < 2; side++)
-    for (unsigned k = 0, n = 0; k < p->dimension; k++)
-      n += (unsigned)snprintf(text[side] + n, sizeof text[side] - n, "%s%.9g", k ? " " : "",
-                              p->positions[at[side] * p->dimension + k]);
-  return zs_report(f->diag, ZS_ERROR, ZS_ERROR_GEOMETRY, f->place,
-                   "smoothing above 0 averages such constraints",
-                   "constraints contradict each other: value %.9g at (%s), value %.9g at (%s)",
-                   p->values[i], text[0], p->values[j], text[1]);
-}
-
-/* Mark constraints that repeat an earlier one.  The pairs that count lie close
- * together in the order of their keys. */
-static bool mark_duplicates(const fitter *f, const double *u, bool *repeated)
-{
-  const zs_rbf_problem *p = f->problem;
-  const unsigned dimension = p->dimension;
-  sorted *order = sort_constraints(u, p->count, dimension);
-  if (!order)
-    return zs_fail_memory(f->diag);
-  bool agree = true;
-  for (size_t a = 0; agree && a < p->count; a++) {
-    for (size_t b = a + 1; agree && b < p->count && order[b].key - order[a].key <= 2 * SAME; b++) {
-      size_t i = order[a].index, j = order[b].index;
-      if (repeated[i] || repeated[j] ||
-          distance_squared(dimension, u + i * dimension, u + j * dimension) > SAME * SAME)
-        continue;
-      if (fabs(p->values[i] - p->values[j]) <= SAME * f->largest)
-        repeated[i > j ? i : j] = true;
-      else if (p->smoothing == 0)
-        agree = fail_conflict(f, i < j ? i : j, i < j ? j : i);
-    }
-  }
-  free(order);
-  return agree;
-}
-
-/* The distinct constraints in the unit box. */
-static bool gather(fitter *f)
-{
-  const zs_rbf_problem *p = f->problem;
-  const unsigned dimension = p->dimension;
-  zs_rbf *rbf = f->rbf;
-  bool *repeated = calloc(p->count, sizeof *repeated);
-  rbf->centres = malloc(p->count * dimension * sizeof *rbf->centres);
-  rbf->weights = calloc(p->count, sizeof *rbf->weights);
-  f->values = malloc(p->count * sizeof *f->values);
-  if (!repeated || !rbf->centres || !rbf->weights || !f->values) {
-    free(repeated);
-    return zs_fail_memory(f->diag);
-  }
-  normalise(rbf, p->positions, p->count);
-  if (!isfinite(rbf->size)) {
-    free(repeated);
-    return zs_report(f->diag, ZS_ERROR, ZS_ERROR_GEOMETRY, f->place, NULL,
-                     "constraints are too far apart, or not finite");
-  }
-  for (size_t i = 0; i < p->count; i++) {
-    f->largest = fmax(f->largest, fabs(p->values[i]));
-    for (unsigned k = 0; k < dimension; k++)
-      rbf->centres[i * dimension + k] =
-        (p->positions[i * dimension + k] - rbf->centre[k]) / rbf->size;
-  }
-  bool agree = mark_duplicates(f, rbf->centres, repeated);
-  for (size_t i = 0; agree && i < p->count; i++) {
-    if (repeated[i])
-      continue;
-    memmove(rbf->centres + rbf->count * dimension, rbf->centres + i * dimension,
-            dimension * sizeof *rbf->centres);
-    f->values[rbf->count++] = p->values[i];
-  }
-  free(repeated);
-  return agree;
-}
-
-/* ---- The system --------------------------------------------------------------- */
-
-static bool check_size(fitter *f)
-{
-  const size_t n = f->rbf->count;
-  if (n > ZS_RBF_MAXIMUM_COUNT)
-    return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place,
-                     "use fewer points, or a simplified mesh",
-                     "%zu constraints are more than the %d that can be fitted", n,
-                     ZS_RBF_MAXIMUM_COUNT);
-  double bytes = zs_dense_bytes(n, f->rbf->terms);
-  f->rbf->bytes = (uint64_t)bytes;
-  if (f->control && f->control->memory_limit && bytes > (double)f->control->memory_limit)
-    return zs_report(f->diag, ZS_ERROR, ZS_ERROR_MEMORY, f->place, NULL,
-                     "fitting %zu constraints needs %.0f MB, more than the memory limit of %.0f MB",
-                     n, bytes / 1e6, (double)f->control->memory_limit / 1e6);
-  return true;
-}
-
-static bool assemble(fitter *f)
-{
-  const zs_rbf *rbf = f->rbf;
-  const size_t n = rbf->count;
-  const unsigned dimension = rbf->dimension;
-  const double sign = zs_rbf_sign(rbf->kernel);
-  f->matrix = malloc(n * n * sizeof *f->matrix);
-  f->monomials = malloc(n * rbf->terms * sizeof *f->monomials);
-  f->left = malloc(n * sizeof *f->left);
-  f->step = malloc(n * sizeof *f->step);
-  if (!f->matrix || !f->monomials || !f->left || !f->step)
-    return zs_fail_memory(f->diag);
-  double *matrix = f->matrix;
-#pragma omp parallel for schedule(static) num_threads(f->threads)
-  for (size_t j = 0; j < n; j++) {
-    const double *c = rbf->centres + j * dimension;
-    for (size_t i = 0; i < n; i++) {
-      double s = distance_squared(dimension, rbf->centres + i * dimension, c);
-      matrix[j * n + i] = sign * zs_rbf_phi(rbf->kernel, s);
-    }
-    matrix[j * n + j] += f->problem->smoothing;
-  }
-  for (size_t i = 0; i < n; i++) {
-    double terms[ZS_RBF_MAXIMUM_TERMS];
-    zs_rbf_monomials(dimension, f->degree, rbf->centres + i * dimension, terms);
-    for (unsigned k = 0; k < rbf->terms; k++)
-      f->monomials[k * n + i] = terms[k];
-  }
-  return true;
-}
-
-/* What the present solution leaves of the equations; returns the largest part,
- * and the distance of f from the values in `residual`. */
-static double evaluate_residual(fitter *f)
-{
-  zs_rbf *rbf = f->rbf;
-  const double mu = f->problem->smoothing * zs_rbf_sign(rbf->kernel);
-  double largest = 0, residual = 0;
-#pragma omp parallel for schedule(static) num_threads(f->threads) \
-  reduction(max : largest, residual)
-  for (size_t i = 0; i < rbf->count; i++) {
-    double off = f->values[i] - value_at(rbf, rbf->centres + i * rbf->dimension);
-    f->left[i] = off - mu * rbf->weights[i];
-    /* Written so that a NaN counts as infinite. */
-    residual = fabs(off) <= residual ? residual : off == off ? fabs(off) : INFINITY;
-    largest = fabs(f->left[i]) <= largest ? largest
-              : f->left[i] == f->left[i]  ? fabs(f->left[i])
-                                          : INFINITY;
-  }
-  rbf->residual = residual;
-  return largest;
-}
-
-/* Add the solution for what is left to the weights and the polynomial. */
-static bool correct(fitter *f, const zs_dense *dense)
-{
-  zs_rbf *rbf = f->rbf;
-  const double sign = zs_rbf_sign(rbf->kernel);
-  double c[ZS_RBF_MAXIMUM_TERMS];
-  if (zs_dense_solve(dense, f->left, f->step, c) != ZS_DENSE_DONE)
-    return zs_fail_memory(f->diag);
-  for (size_t i = 0; i < rbf->count; i++)
-    rbf->weights[i] += sign * f->step[i];
-  for (unsigned k = 0; k < rbf->terms; k++)
-    rbf->polynomial[k] += c[k];
-  return true;
 }
 
 static bool fail_singular(const fitter *f)
 {
-  return unable(f, "remove constraints that nearly coincide, or give smoothing=\"1e-8\"",
-                "the fit is singular: constraints are too close together");
+  return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place,
+                   "remove constraints that nearly coincide, or give smoothing=\"1e-8\"",
+                   "the fit is singular: constraints are too close together");
 }
 
-static bool solve(fitter *f, const zs_dense *dense)
+static bool fail(const fitter *f, zs_rbf_result result)
 {
-  memcpy(f->left, f->values, f->rbf->count * sizeof *f->left);
-  if (!correct(f, dense))
-    return false;
-  double left = evaluate_residual(f);
-  for (int i = 0; i < REFINEMENTS && left > GOOD_RESIDUAL * f->largest; i++) {
-    if (!correct(f, dense))
-      return false;
-    left = evaluate_residual(f);
+  return result == ZS_RBF_MEMORY      ? zs_fail_memory(f->diag)
+         : result == ZS_RBF_CANCELLED ? fail_cancelled(f)
+                                      : fail_singular(f);
+}
+
+/* A fit that misses its constraints says so, or is none. */
+static bool check_solution(const fitter *f)
+{
+  const double tolerance = f->problem->tolerance, left = f->solution.left;
+  const double asked = tolerance > 0 ? tolerance : TOLERANCE;
+  if (!(left <= fmax(USELESS, asked) * f->distinct.largest))
+    return fail_singular(f);
+  if (left > asked * f->distinct.largest)
+    zs_report(f->diag, ZS_WARNING, ZS_ERROR_UNABLE, f->place,
+              "constraints that are very close together, or very many, need smoothing",
+              "the fit misses its constraints by up to %.2g, more than the %.2g asked for", left,
+              asked * f->distinct.largest);
+  return true;
+}
+
+/* ---- The ladder -------------------------------------------------------------------- */
+
+typedef zs_rbf_result solver(const zs_rbf_job *job, zs_rbf_solution *solution);
+
+/* One way to solve. */
+typedef struct rung {
+  const char *name;
+  solver *solve;
+  double (*bytes)(const zs_rbf_system *system);
+} rung;
+
+static const rung direct = {"dense", zs_rbf_solve_directly, zs_rbf_direct_bytes};
+static const rung iterative = {"iterative", zs_rbf_solve_iteratively, zs_rbf_iterative_bytes};
+
+static bool fits_memory(const fitter *f, double bytes)
+{
+  return !f->control || !f->control->memory_limit || bytes <= (double)f->control->memory_limit;
+}
+
+/* Solve in one way, and keep the solution when it is better than the one there. */
+static zs_rbf_result climb(fitter *f, const rung *r, const zs_rbf_job *job)
+{
+  const size_t n = job->system.count;
+  zs_rbf_solution solution = {.weights = malloc(n * sizeof *solution.weights)};
+  if (!solution.weights)
+    return ZS_RBF_MEMORY;
+  const zs_rbf_result result = r->solve(job, &solution);
+  if (result == ZS_RBF_DONE && solution.left < f->solution.left) {
+    free(f->solution.weights);
+    f->solution = solution;
+    f->rbf->method = r->name;
+    f->rbf->bytes = (uint64_t)r->bytes(&job->system);
+  } else {
+    free(solution.weights);
   }
-  return left <= USELESS_RESIDUAL * f->largest || fail_singular(f);
+  return result;
+}
+
+static bool fail_limit(const fitter *f, const rung *r, const zs_rbf_job *job)
+{
+  return zs_report(f->diag, ZS_ERROR, ZS_ERROR_MEMORY, f->place, NULL,
+                   "fitting %zu constraints needs %.0f MB, more than the memory limit of %.0f MB",
+                   job->system.count, r->bytes(&job->system) / 1e6,
+                   (double)f->control->memory_limit / 1e6);
+}
+
+/* Iterations may end before the tolerance is met, where the constraints are very
+ * uneven: then a direct solution is worth its time. */
+static bool solve(fitter *f, const zs_rbf_job *job)
+{
+  const bool small = job->system.count <= DIRECT;
+  const rung *first = small ? &direct : &iterative;
+  if (!fits_memory(f, first->bytes(&job->system)))
+    return fail_limit(f, first, job);
+  f->to = small ? 1 : 0.5;
+  const zs_rbf_result result = climb(f, first, job);
+  if (result > ZS_RBF_SINGULAR)
+    return fail(f, result);
+  f->from = f->to;
+  f->to = 1;
+  if (small || f->solution.left <= job->tolerance || job->system.count > DIRECT_AT_MOST ||
+      !fits_memory(f, direct.bytes(&job->system)))
+    return true;
+  const zs_rbf_result again = climb(f, &direct, job);
+  return again <= ZS_RBF_SINGULAR || fail(f, again);
+}
+
+/* ---- Fitting ----------------------------------------------------------------------- */
+
+/* Order the distinct constraints by clusters. */
+static bool arrange(fitter *f)
+{
+  const unsigned dimension = f->problem->dimension;
+  const size_t n = f->distinct.count;
+  zs_rbf *rbf = f->rbf;
+  f->clusters = zs_rbf_clusters_new(f->distinct.points, n, dimension, ZS_SCHWARZ_CLUSTER);
+  f->values = malloc(n * sizeof *f->values);
+  rbf->centres = malloc(n * dimension * sizeof *rbf->centres);
+  rbf->weights = malloc(n * sizeof *rbf->weights);
+  if (!f->clusters || !f->values || !rbf->centres || !rbf->weights)
+    return zs_fail_memory(f->diag);
+  for (size_t i = 0; i < n; i++)
+    f->values[i] = f->distinct.values[f->clusters->order[i]];
+  memcpy(rbf->centres, f->clusters->points, n * dimension * sizeof *rbf->centres);
+  memcpy(rbf->centre, f->distinct.centre, sizeof rbf->centre);
+  rbf->size = f->distinct.size;
+  rbf->count = n;
+  return true;
+}
+
+/* Linear functions are reproduced whatever the kernel asks for. */
+static unsigned degree_of(const zs_rbf_problem *problem)
+{
+  const unsigned order = zs_rbf_order(problem->kernel), least = order > 2 ? order - 1 : 1;
+  return problem->degree > least ? problem->degree : least;
 }
 
 static bool run(fitter *f)
 {
-  if (!progress(f, 0) || !gather(f) || !check_size(f) || !assemble(f) || !progress(f, 0.1))
+  const zs_rbf_problem *problem = f->problem;
+  const double origin[ZS_RBF_MAXIMUM_DIMENSION] = {0};
+  double terms[ZS_RBF_MAXIMUM_TERMS];
+  zs_rbf *rbf = f->rbf;
+  if (problem->count > ZS_RBF_MAXIMUM_COUNT)
+    return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place,
+                     "use fewer points, or a simplified mesh",
+                     "%zu constraints are more than the %d that can be fitted", problem->count,
+                     ZS_RBF_MAXIMUM_COUNT);
+  if (!progress(f, 0))
+    return fail_cancelled(f);
+  if (!zs_rbf_distinct_make(&f->distinct, problem, f->place, f->diag) || !arrange(f))
     return false;
-  zs_dense dense;
-  zs_dense_result result =
-    zs_dense_factorise(&dense, f->rbf->count, f->rbf->terms, f->matrix, f->monomials);
-  bool done = result == ZS_DENSE_MEMORY     ? zs_fail_memory(f->diag)
-              : result == ZS_DENSE_SINGULAR ? fail_singular(f)
-                                            : progress(f, 0.9) && solve(f, &dense);
-  zs_dense_free(&dense);
-  return done && progress(f, 1);
+  const unsigned degree = degree_of(problem);
+  rbf->dimension = problem->dimension;
+  rbf->kernel = problem->kernel;
+  rbf->terms = zs_rbf_monomials(problem->dimension, degree, origin, terms);
+  const double tolerance = problem->tolerance > 0 ? problem->tolerance : TOLERANCE;
+  const zs_rbf_job job = {.system = {.kernel = problem->kernel,
+                                     .dimension = problem->dimension,
+                                     .degree = degree,
+                                     .terms = rbf->terms,
+                                     .smoothing = problem->smoothing,
+                                     .count = rbf->count,
+                                     .points = rbf->centres,
+                                     .threads = zs_control_threads(f->control)},
+                          .clusters = f->clusters,
+                          .values = f->values,
+                          .largest = f->distinct.largest,
+                          .tolerance = tolerance * f->distinct.largest,
+                          .progress = progress,
+                          .context = f};
+  if (!solve(f, &job) || !check_solution(f))
+    return false;
+  const double sign = zs_rbf_sign(problem->kernel);
+  for (size_t i = 0; i < rbf->count; i++)
+    rbf->weights[i] = sign * f->solution.weights[i];
+  memcpy(rbf->polynomial, f->solution.polynomial, sizeof rbf->polynomial);
+  rbf->residual = f->solution.residual;
+  return progress(f, 1) || fail_cancelled(f);
 }
 
 zs_rbf *zs_rbf_fit(const zs_rbf_problem *problem, const zs_control *control,
                    const zs_place *place, zs_diag *diag)
 {
   const double start = zs_seconds();
-  const unsigned order = zs_rbf_order(problem->kernel);
   fitter f = {.problem = problem, .control = control, .place = place, .diag = diag};
+  f.solution.left = INFINITY;
   if (problem->count == 0) {
     zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, place, NULL, "there are no constraints to fit");
     return NULL;
@@ -359,20 +264,11 @@ zs_rbf *zs_rbf_fit(const zs_rbf_problem *problem, const zs_control *control,
     zs_fail_memory(diag);
     return NULL;
   }
-  /* Linear functions are reproduced whatever the kernel asks for. */
-  f.degree = order > 2 ? order - 1 : 1;
-  f.threads = zs_control_threads(control);
-  f.rbf->dimension = problem->dimension;
-  f.rbf->kernel = problem->kernel;
-  const double origin[ZS_RBF_MAXIMUM_DIMENSION] = {0};
-  double terms[ZS_RBF_MAXIMUM_TERMS];
-  f.rbf->terms = zs_rbf_monomials(problem->dimension, f.degree, origin, terms);
-  bool done = run(&f);
+  const bool done = run(&f);
+  zs_rbf_distinct_clear(&f.distinct);
+  zs_rbf_clusters_free(f.clusters);
   free(f.values);
-  free(f.matrix);
-  free(f.monomials);
-  free(f.left);
-  free(f.step);
+  free(f.solution.weights);
   if (!done) {
     zs_rbf_free(f.rbf);
     return NULL;

@@ -15,15 +15,19 @@
 enum {
   ZS_RBF_MAXIMUM_DIMENSION = 5,
   ZS_RBF_MAXIMUM_TERMS = 21, /* monomials up to degree 2 in 5 dimensions */
-  ZS_RBF_MAXIMUM_COUNT = 20000 /* constraints of a dense fit */
+  ZS_RBF_MAXIMUM_COUNT = 2000000 /* constraints */
 };
 
 /* What to fit.  The smoothing adds mu |d|^2 to the energy, in the unit box: 0
- * interpolates, 1e-6 is a light touch for r3. */
+ * interpolates, 1e-6 is a light touch for r3.  The tolerance is for |f - h|, or
+ * with smoothing for what is left of the equations, as a part of the largest
+ * |value|; 0 is 1e-6. */
 typedef struct zs_rbf_problem {
   unsigned dimension; /* 2 .. ZS_RBF_MAXIMUM_DIMENSION */
   zs_rbf_kernel kernel;
+  unsigned degree;  /* of the polynomial, up to 2, where the kernel asks for less */
   double smoothing; /* >= 0 */
+  double tolerance; /* >= 0 */
   size_t count;
   const double *positions; /* count x dimension */
   const double *values;    /* count */
@@ -40,13 +44,15 @@ typedef struct zs_rbf {
   unsigned terms;
   double polynomial[ZS_RBF_MAXIMUM_TERMS]; /* by the order of zs_rbf_monomials */
   double residual; /* max |f - h| over the constraints */
+  const char *method; /* "dense" or "iterative" */
   double seconds;
   uint64_t bytes; /* of working memory while it was made */
 } zs_rbf;
 
 /* The fit, or NULL after reporting at `place`: constraints that contradict each
- * other (ZS_ERROR_GEOMETRY), too many of them or a singular system
- * (ZS_ERROR_UNABLE), memory, cancelled.  `control` may be NULL. */
+ * other or are not finite (ZS_ERROR_GEOMETRY), too many of them or a singular
+ * system (ZS_ERROR_UNABLE), memory, cancelled.  A fit that misses the tolerance,
+ * but not by far, comes with a warning.  `control` may be NULL. */
 zs_rbf *zs_rbf_fit(const zs_rbf_problem *problem, const zs_control *control,
                    const zs_place *place, zs_diag *diag);
 void zs_rbf_free(zs_rbf *rbf);

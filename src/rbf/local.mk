@@ -1,19 +1,41 @@
 # This room adds to the lists that Makefile.am describes.
 zs_sources += \
+  src/rbf/clusters.c \
+  src/rbf/clusters.h \
   src/rbf/constraints.c \
   src/rbf/constraints.h \
   src/rbf/dense.c \
   src/rbf/dense.h \
+  src/rbf/direct.c \
+  src/rbf/distinct.c \
+  src/rbf/distinct.h \
+  src/rbf/fgmres.c \
+  src/rbf/fgmres.h \
   src/rbf/fit.c \
   src/rbf/fit.h \
+  src/rbf/iterative.c \
   src/rbf/kernel.c \
   src/rbf/kernel.h \
+  src/rbf/local.c \
+  src/rbf/local.h \
+  src/rbf/phi.h \
+  src/rbf/product.c \
+  src/rbf/product.h \
+  src/rbf/schwarz.c \
+  src/rbf/schwarz.h \
   src/rbf/series.c \
   src/rbf/series.h \
+  src/rbf/solve.h \
   src/rbf/sum.c \
   src/rbf/sum.h \
+  src/rbf/system.c \
+  src/rbf/system.h \
   src/rbf/tree.c \
   src/rbf/tree.h \
   src/rbf/vector.h
 
-zs_kernel_sources += src/rbf/series.kernel.c src/rbf/sum.kernel.c
+zs_kernel_sources += \
+  src/rbf/local.kernel.c \
+  src/rbf/product.kernel.c \
+  src/rbf/series.kernel.c \
+  src/rbf/sum.kernel.c

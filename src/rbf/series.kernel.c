@@ -14,11 +14,6 @@
 
 #include <string.h>
 
-#if defined __GNUC__ && !defined __clang__
-/* Bounds are widened by far more than what contraction changes. */
-#pragma GCC optimize("fp-contract=fast")
-#endif
-
 typedef zs_vector vector;
 
 enum {
@@ -26,7 +21,6 @@ enum {
   VECTORS = 2,   /* added to the moments together, which are many more than registers */
   GROUP = VECTORS * ZS_WIDTH
 };
-#define ALWAYS __attribute__((always_inline))
 
 /* Some centres seen from the middle. */
 typedef struct group {
@@ -85,7 +79,7 @@ static void logarithmic_derivatives(group *g, int degree, int m)
 }
 
 /* The moments of |a| = order; returns where the next ones start. */
-static inline ALWAYS vector *add_order(const zs_series_layout *layout, const group *g,
+static inline ZS_ALWAYS vector *add_order(const zs_series_layout *layout, const group *g,
                                        unsigned degree, unsigned order,
                                        vector (*power)[VECTORS], vector *moments)
 {
@@ -106,7 +100,7 @@ static inline ALWAYS vector *add_order(const zs_series_layout *layout, const gro
 }
 
 /* With degree and order known, the loops over j are straight code. */
-static inline ALWAYS void add_orders(const zs_series_layout *layout, const group *g,
+static inline ZS_ALWAYS void add_orders(const zs_series_layout *layout, const group *g,
                                      unsigned degree, vector *moments)
 {
   vector power[ZS_SERIES_LONG_TERMS][VECTORS];

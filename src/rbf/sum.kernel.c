@@ -2,19 +2,11 @@
  *
  * A handful of points stays in registers while the centres of a tile, which
  * fits the first-level cache, stream past. */
+#include "rbf/phi.h"
 #include "rbf/sum.h"
-#include "rbf/vector.h"
 
 #include <math.h>
 #include <string.h>
-
-#if defined __GNUC__ && !defined __clang__
-/* Contraction is safe here: nothing is compared to the bit across instruction
- * sets, and sums gain precision. */
-#pragma GCC optimize("fp-contract=fast")
-#endif
-
-#define ALWAYS __attribute__((always_inline))
 
 enum {
   VECTORS = 2, /* accumulators, to hide latencies */
@@ -23,81 +15,6 @@ enum {
 };
 
 typedef zs_vector vector;
-typedef zs_integers integers;
-
-/* Natural logarithm of positive normal numbers; finite at 0, where callers
- * multiply by 0.  log m = 2 artanh ((m - 1) / (m + 1)) with m around 1. */
-static inline vector logarithm(vector a)
-{
-  const integers half_exponent = (integers){0} + INT64_C(0x3fe6a09e667f3bcd); /* sqrt(1/2) */
-  const integers magic = (integers){0} + INT64_C(0x4338000000000000);         /* 1.5 * 2^52 */
-  integers bits = (integers)a - half_exponent;
-  integers exponent = bits >> 52;
-  vector m = (vector)((integers)a - (exponent << 52));
-  vector e = (vector)(exponent + magic) - (vector)magic;
-  vector t = (m - 1) / (m + 1), q = t * t;
-  vector p = (vector){0} + 1.0 / 21;
-  p = p * q + 1.0 / 19;
-  p = p * q + 1.0 / 17;
-  p = p * q + 1.0 / 15;
-  p = p * q + 1.0 / 13;
-  p = p * q + 1.0 / 11;
-  p = p * q + 1.0 / 9;
-  p = p * q + 1.0 / 7;
-  p = p * q + 1.0 / 5;
-  p = p * q + 1.0 / 3;
-  return e * 0.69314718055994530942 + 2 * (t + t * q * p);
-}
-
-/* phi of s = r^2. */
-static inline ALWAYS vector phi(zs_rbf_kernel kernel, vector s)
-{
-  switch (kernel) {
-  case ZS_RBF_R:
-    return zs_vector_root(s);
-  case ZS_RBF_R3:
-    return s * zs_vector_root(s);
-  case ZS_RBF_R5:
-    return s * s * zs_vector_root(s);
-  case ZS_RBF_TPS2:
-    return 0.5 * s * logarithm(s);
-  default:
-    return 0.5 * s * s * logarithm(s);
-  }
-}
-
-/* phi and phi' / r.  Where r = 0 the latter is finite and its factor 0. */
-static inline ALWAYS vector phi_and_slope(zs_rbf_kernel kernel, vector s, vector *slope)
-{
-  switch (kernel) {
-  case ZS_RBF_R: {
-    const vector one = (vector){0} + 1;
-    vector r = zs_vector_root(s);
-    *slope = 1 / (vector)((integers)r | ((r == 0) & (integers)one));
-    return r;
-  }
-  case ZS_RBF_R3: {
-    vector r = zs_vector_root(s);
-    *slope = 3 * r;
-    return s * r;
-  }
-  case ZS_RBF_R5: {
-    vector r3 = s * zs_vector_root(s);
-    *slope = 5 * r3;
-    return s * r3;
-  }
-  case ZS_RBF_TPS2: {
-    vector l = logarithm(s);
-    *slope = l + 1;
-    return 0.5 * s * l;
-  }
-  default: {
-    vector l = logarithm(s);
-    *slope = s * (2 * l + 1);
-    return 0.5 * s * s * l;
-  }
-  }
-}
 
 /* A block's points and sums in double precision: row 0 of `sum` is f, the
  * others are its derivatives. */
@@ -114,7 +31,7 @@ static void convert(block *b, const zs_block_arguments *a)
 }
 
 /* Start the sums with the polynomial of a whole sum. */
-static inline ALWAYS void begin_whole(block *b, const zs_rbf_sum *sum, unsigned n, bool gradient)
+static inline ZS_ALWAYS void begin_whole(block *b, const zs_rbf_sum *sum, unsigned n, bool gradient)
 {
   const double *c = sum->polynomial;
   for (unsigned i = 0; i < n; i++) {
@@ -136,7 +53,7 @@ typedef struct horner {
 
 /* Start the sums of some points with the series of a restricted sum, by
  * Horner's rule in z within y within x, derivatives alongside. */
-static inline ALWAYS void begin_restricted(block *b, const zs_rbf_sum *sum, unsigned from,
+static inline ZS_ALWAYS void begin_restricted(block *b, const zs_rbf_sum *sum, unsigned from,
                                            bool gradient)
 {
   const double *c = sum->series;
@@ -177,7 +94,7 @@ static inline ALWAYS void begin_restricted(block *b, const zs_rbf_sum *sum, unsi
   }
 }
 
-static inline ALWAYS void begin(block *b, const zs_block_arguments *a, bool gradient)
+static inline ZS_ALWAYS void begin(block *b, const zs_block_arguments *a, bool gradient)
 {
   const zs_rbf_sum *sum = a->data;
   convert(b, a);
@@ -189,7 +106,7 @@ static inline ALWAYS void begin(block *b, const zs_block_arguments *a, bool grad
 }
 
 /* Add some centres to the sums of POINTS points. */
-static inline ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
+static inline ZS_ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
                               const zs_rbf_centre *centres, size_t count, bool gradient)
 {
   vector point[3][VECTORS], sum[4][VECTORS];
@@ -204,11 +121,11 @@ static inline ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
       vector x = point[0][v] - c.x, y = point[1][v] - c.y, z = point[2][v] - c.z;
       vector s = x * x + y * y + z * z;
       if (!gradient) {
-        sum[0][v] += c.weight * phi(kernel, s);
+        sum[0][v] += c.weight * zs_vector_phi(kernel, s);
         continue;
       }
       vector slope;
-      sum[0][v] += c.weight * phi_and_slope(kernel, s, &slope);
+      sum[0][v] += c.weight * zs_vector_phi_and_slope(kernel, s, &slope);
       slope *= c.weight;
       sum[1][v] += slope * x;
       sum[2][v] += slope * y;
@@ -219,7 +136,7 @@ static inline ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
     memcpy(&b->sum[k][from], sum[k], sizeof sum[k]);
 }
 
-static inline ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_block_arguments *a,
+static inline ZS_ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_block_arguments *a,
                                   bool gradient)
 {
   const zs_rbf_sum *sum = a->data;
@@ -231,7 +148,7 @@ static inline ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_block
   }
 }
 
-static inline ALWAYS void value(zs_rbf_kernel kernel, const zs_block_arguments *a)
+static inline ZS_ALWAYS void value(zs_rbf_kernel kernel, const zs_block_arguments *a)
 {
   block b;
   add_all(kernel, &b, a, false);
@@ -240,7 +157,7 @@ static inline ALWAYS void value(zs_rbf_kernel kernel, const zs_block_arguments *
 }
 
 /* The gradient by the frame's coordinates through the inputs' own. */
-static inline ALWAYS void gradient(zs_rbf_kernel kernel, const zs_block_arguments *a)
+static inline ZS_ALWAYS void gradient(zs_rbf_kernel kernel, const zs_block_arguments *a)
 {
   block b;
   add_all(kernel, &b, a, true);

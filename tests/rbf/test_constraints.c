@@ -131,7 +131,7 @@ static void undirected_sets_are_refused(void **state)
   zs_rbf_constraints_clear(&c);
   while (list.count <= ZS_RBF_MAXIMUM_COUNT)
     add(&list, (double)list.count, 0, 0, 0, 0, 1, 0);
-  fails_with(&list, ZS_ERROR_UNABLE, "20001 points");
+  fails_with(&list, ZS_ERROR_UNABLE, "2000001 points");
   zs_rbf_samples_clear(&list);
 }
 

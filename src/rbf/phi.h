@@ -1,0 +1,83 @@
+/* Radial kernels on vectors of squared distances, for *.kernel.c. */
+#ifndef ZS_RBF_PHI_H
+#define ZS_RBF_PHI_H
+
+#include "rbf/kernel.h"
+#include "rbf/vector.h"
+
+/* Natural logarithm of positive normal numbers; finite at 0, where callers
+ * multiply by 0.  log m = 2 artanh ((m - 1) / (m + 1)) with m around 1. */
+static inline zs_vector zs_vector_logarithm(zs_vector a)
+{
+  const zs_integers half_exponent = (zs_integers){0} + INT64_C(0x3fe6a09e667f3bcd); /* sqrt(1/2) */
+  const zs_integers magic = (zs_integers){0} + INT64_C(0x4338000000000000);         /* 1.5 * 2^52 */
+  zs_integers bits = (zs_integers)a - half_exponent;
+  zs_integers exponent = bits >> 52;
+  zs_vector m = (zs_vector)((zs_integers)a - (exponent << 52));
+  zs_vector e = (zs_vector)(exponent + magic) - (zs_vector)magic;
+  zs_vector t = (m - 1) / (m + 1), q = t * t;
+  zs_vector p = (zs_vector){0} + 1.0 / 21;
+  p = p * q + 1.0 / 19;
+  p = p * q + 1.0 / 17;
+  p = p * q + 1.0 / 15;
+  p = p * q + 1.0 / 13;
+  p = p * q + 1.0 / 11;
+  p = p * q + 1.0 / 9;
+  p = p * q + 1.0 / 7;
+  p = p * q + 1.0 / 5;
+  p = p * q + 1.0 / 3;
+  return e * 0.69314718055994530942 + 2 * (t + t * q * p);
+}
+
+/* phi of s = r^2. */
+static inline ZS_ALWAYS zs_vector zs_vector_phi(zs_rbf_kernel kernel, zs_vector s)
+{
+  switch (kernel) {
+  case ZS_RBF_R:
+    return zs_vector_root(s);
+  case ZS_RBF_R3:
+    return s * zs_vector_root(s);
+  case ZS_RBF_R5:
+    return s * s * zs_vector_root(s);
+  case ZS_RBF_TPS2:
+    return 0.5 * s * zs_vector_logarithm(s);
+  default:
+    return 0.5 * s * s * zs_vector_logarithm(s);
+  }
+}
+
+/* phi and phi' / r.  Where r = 0 the latter is finite and its factor 0. */
+static inline ZS_ALWAYS zs_vector zs_vector_phi_and_slope(zs_rbf_kernel kernel, zs_vector s,
+                                                          zs_vector *slope)
+{
+  switch (kernel) {
+  case ZS_RBF_R: {
+    const zs_vector one = (zs_vector){0} + 1;
+    zs_vector r = zs_vector_root(s);
+    *slope = 1 / (zs_vector)((zs_integers)r | ((r == 0) & (zs_integers)one));
+    return r;
+  }
+  case ZS_RBF_R3: {
+    zs_vector r = zs_vector_root(s);
+    *slope = 3 * r;
+    return s * r;
+  }
+  case ZS_RBF_R5: {
+    zs_vector r3 = s * zs_vector_root(s);
+    *slope = 5 * r3;
+    return s * r3;
+  }
+  case ZS_RBF_TPS2: {
+    zs_vector l = zs_vector_logarithm(s);
+    *slope = l + 1;
+    return 0.5 * s * l;
+  }
+  default: {
+    zs_vector l = zs_vector_logarithm(s);
+    *slope = s * (2 * l + 1);
+    return 0.5 * s * s * l;
+  }
+  }
+}
+
+#endif

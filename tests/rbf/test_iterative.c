@@ -1,0 +1,305 @@
+/* Fits of so many constraints that they are solved by iterations. */
+#include "clouds.h"
+
+#include "rbf/solve.h"
+
+enum { COUNT = 900 };
+
+static double random_difference(const zs_rbf *rbf, const zs_rbf *other, unsigned dimension)
+{
+  uint64_t seed = 8;
+  double worst = 0;
+  for (int i = 0; i < 50; i++) {
+    double x[ZS_RBF_MAXIMUM_DIMENSION];
+    for (unsigned k = 0; k < dimension; k++)
+      x[k] = random_between(&seed, -1, 1);
+    worst = fmax(worst, fabs(zs_rbf_value(rbf, x) - zs_rbf_value(other, x)));
+  }
+  return worst;
+}
+
+/* The largest of what a fit misses its constraints by, found independently. */
+static double miss(const zs_rbf *rbf, const cloud *c)
+{
+  double worst = 0;
+  for (size_t i = 0; i < c->problem.count; i++)
+    worst = fmax(worst, fabs(zs_rbf_value(rbf, c->positions + i * rbf->dimension) - c->values[i]));
+  return worst;
+}
+
+static void agrees_with_bordered_system(void **state)
+{
+  (void)state;
+  for (unsigned dimension = 2; dimension <= 5; dimension++)
+    for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
+      const unsigned order = zs_rbf_order((zs_rbf_kernel)kernel);
+      const unsigned degree = order > 2 ? order - 1 : 1;
+      cloud *c = random_cloud(dimension, (zs_rbf_kernel)kernel, COUNT, 31 + (unsigned)kernel);
+      c->problem.tolerance = 1e-8;
+      zs_rbf *rbf = fitted(c);
+      assert_true(rbf->residual < 1e-7);
+      assert_true(fabs(rbf->residual - miss(rbf, c)) < 1e-9);
+      assert_true(difference_from_bordered(rbf, c, degree, 1) < 1e-6);
+      zs_rbf_free(rbf);
+      free(c);
+    }
+}
+
+/* The kernels that are used most are solved by iterations where they should be. */
+static void iterations_serve(void **state)
+{
+  (void)state;
+  static const zs_rbf_kernel usual[] = {ZS_RBF_R, ZS_RBF_R3, ZS_RBF_TPS2};
+  for (unsigned dimension = 2; dimension <= 5; dimension++)
+    for (size_t k = 0; k < 3; k++) {
+      cloud *c = random_cloud(dimension, usual[k], 2000, 5);
+      zs_rbf *rbf = fitted(c);
+      assert_string_equal(rbf->method, "iterative");
+      assert_true(rbf->residual <= 1e-6 * 5);
+      assert_true(miss(rbf, c) < 1e-5);
+      zs_rbf_free(rbf);
+      free(c);
+    }
+}
+
+static void smoothing_is_the_direct_one(void **state)
+{
+  (void)state;
+  cloud *c = random_cloud(3, ZS_RBF_R3, COUNT, 14);
+  uint64_t seed = 6;
+  double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (size_t i = 0; i < COUNT; i++) {
+    c->values[i] += random_between(&seed, -0.1, 0.1);
+    for (size_t k = 0; k < 3; k++) {
+      lo[k] = fmin(lo[k], c->positions[3 * i + k]);
+      hi[k] = fmax(hi[k], c->positions[3 * i + k]);
+    }
+  }
+  /* In the points' own coordinates r^3, and so the smoothing, is size^3 as much. */
+  const double size = fmax(hi[0] - lo[0], fmax(hi[1] - lo[1], hi[2] - lo[2]));
+  c->problem.tolerance = 1e-9;
+  c->problem.smoothing = 1e-4;
+  zs_rbf *rbf = fitted(c);
+  assert_string_equal(rbf->method, "iterative");
+  c->problem.smoothing *= pow(size, 3);
+  assert_true(difference_from_bordered(rbf, c, 1, 1) < 1e-6);
+  assert_true(fabs(rbf->residual - miss(rbf, c)) < 1e-9);
+  zs_rbf_free(rbf);
+  free(c);
+}
+
+/* ---- Invariance ----------------------------------------------------------------------- */
+
+static void order_does_not_matter(void **state)
+{
+  (void)state;
+  cloud *c = random_cloud(3, ZS_RBF_R3, COUNT, 21), *other = random_cloud(3, ZS_RBF_R3, COUNT, 21);
+  for (size_t i = 0; i < COUNT; i++) {
+    const size_t j = (i * 377 + 5) % COUNT;
+    memcpy(other->positions + 3 * i, c->positions + 3 * j, 3 * sizeof(double));
+    other->values[i] = c->values[j];
+  }
+  c->problem.tolerance = other->problem.tolerance = 1e-8;
+  zs_rbf *rbf = fitted(c), *again = fitted(other);
+  assert_true(random_difference(rbf, again, 3) < 1e-6);
+  zs_rbf_free(rbf);
+  zs_rbf_free(again);
+  free(c);
+  free(other);
+}
+
+static void follows_similarities(void **state)
+{
+  (void)state;
+  static const double scales[] = {1, 1000, 0.001};
+  const double a = cos(0.7), b = sin(0.7), shift[3] = {100, -20, 300};
+  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++)
+    for (int s = 0; s < 3; s++) {
+      cloud *c = random_cloud(3, (zs_rbf_kernel)kernel, COUNT, 21);
+      c->problem.tolerance = 1e-8;
+      zs_rbf *rbf = fitted(c);
+      const cloud before = *c;
+      for (size_t i = 0; i < COUNT; i++) {
+        const double *p = before.positions + 3 * i;
+        double *q = c->positions + 3 * i;
+        q[0] = scales[s] * (a * p[0] - b * p[1] + shift[0]);
+        q[1] = scales[s] * (b * p[0] + a * p[1] + shift[1]);
+        q[2] = scales[s] * (p[2] + shift[2]);
+      }
+      zs_rbf *moved = fitted(c);
+      uint64_t seed = 2;
+      for (int i = 0; i < 50; i++) {
+        double x[3];
+        for (int k = 0; k < 3; k++)
+          x[k] = random_between(&seed, -1, 1);
+        const double y[3] = {scales[s] * (a * x[0] - b * x[1] + shift[0]),
+                             scales[s] * (b * x[0] + a * x[1] + shift[1]),
+                             scales[s] * (x[2] + shift[2])};
+        assert_true(fabs(zs_rbf_value(rbf, x) - zs_rbf_value(moved, y)) < 1e-6);
+      }
+      zs_rbf_free(rbf);
+      zs_rbf_free(moved);
+      free(c);
+    }
+}
+
+/* ---- Hostile sets ----------------------------------------------------------------------- */
+
+/* A plane, a line, and points that get ever denser: a fit meets its constraints,
+ * or says that it does not. */
+static void place_points(cloud *c, int shape)
+{
+  uint64_t seed = 15;
+  for (size_t i = 0; i < c->problem.count; i++) {
+    double *p = c->positions + 3 * i;
+    const double s = random_between(&seed, -1, 1), t = random_between(&seed, -1, 1);
+    const double shrink = exp(-random_between(&seed, 0, 5));
+    for (int k = 0; k < 3; k++)
+      p[k] = shape == 2 ? p[k] * shrink : (k + 1) * s + (shape == 1 ? 0 : (k * k - 1) * t);
+    c->values[i] = smooth(3, p);
+  }
+}
+
+static void hostile_sets_are_fitted(void **state)
+{
+  (void)state;
+  static const zs_rbf_kernel usual[] = {ZS_RBF_R, ZS_RBF_R3, ZS_RBF_TPS2};
+  for (int shape = 0; shape < 3; shape++)
+    for (size_t k = 0; k < 3; k++) {
+      cloud *c = random_cloud(3, usual[k], COUNT, 15);
+      place_points(c, shape);
+      zs_diag diag = {0};
+      zs_rbf *rbf = zs_rbf_fit(&c->problem, NULL, NULL, &diag);
+      /* r^3 on a thousand points of a line is at the end of double precision. */
+      const bool hard = shape == 1 && usual[k] == ZS_RBF_R3;
+      assert_true(rbf || hard);
+      if (rbf) {
+        assert_true(rbf->residual < 5 * 1e-6 || diag.warnings == 1);
+        assert_true(fabs(rbf->residual - miss(rbf, c)) < 1e-8 + 0.1 * rbf->residual);
+      } else {
+        assert_int_equal(diag.status, ZS_ERROR_UNABLE);
+      }
+      zs_rbf_free(rbf);
+      free(c);
+    }
+}
+
+/* ---- Limits ----------------------------------------------------------------------------- */
+
+typedef struct seen {
+  char message[512];
+  zs_severity severity;
+} seen;
+
+static void keep(void *context, const zs_diagnostic *d)
+{
+  seen *s = context;
+  snprintf(s->message, sizeof s->message, "%s", d->message);
+  s->severity = d->severity;
+}
+
+static void a_miss_is_reported(void **state)
+{
+  (void)state;
+  cloud *c = random_cloud(3, ZS_RBF_R3, COUNT, 15);
+  seen s = {.message = ""};
+  zs_diag diag = {.report = keep, .context = &s};
+  c->problem.tolerance = 1e-15; /* less than rounding leaves */
+  zs_rbf *rbf = zs_rbf_fit(&c->problem, NULL, NULL, &diag);
+  assert_non_null(rbf);
+  assert_int_equal(s.severity, ZS_WARNING);
+  assert_non_null(strstr(s.message, "misses its constraints by up to"));
+  zs_rbf_free(rbf);
+  free(c);
+}
+
+static void memory_is_limited(void **state)
+{
+  (void)state;
+  cloud *c = random_cloud(3, ZS_RBF_R3, COUNT, 15);
+  seen s = {.message = ""};
+  zs_diag diag = {.report = keep, .context = &s};
+  zs_control control;
+  memset(&control, 0, sizeof control);
+  control.memory_limit = 1000000;
+  assert_null(zs_rbf_fit(&c->problem, &control, NULL, &diag));
+  assert_int_equal(diag.status, ZS_ERROR_MEMORY);
+  assert_non_null(strstr(s.message, "fitting 900 constraints needs"));
+  assert_non_null(strstr(s.message, "more than the memory limit of 1 MB"));
+  free(c);
+}
+
+/* Counts calls, and stops at one of them. */
+typedef struct stop {
+  unsigned calls, at;
+  double latest;
+} stop;
+
+static bool stop_at(void *context, const char *stage, double fraction)
+{
+  stop *s = context;
+  assert_string_equal(stage, "fitting");
+  assert_true(fraction >= s->latest && fraction <= 1);
+  s->latest = fraction;
+  return ++s->calls != s->at;
+}
+
+static void can_be_cancelled_anywhere(void **state)
+{
+  (void)state;
+  cloud *c = random_cloud(3, ZS_RBF_R3, COUNT, 15);
+  stop s = {0};
+  zs_control control;
+  memset(&control, 0, sizeof control);
+  control.progress = stop_at;
+  control.context = &s;
+  zs_rbf *rbf = zs_rbf_fit(&c->problem, &control, NULL, NULL);
+  assert_non_null(rbf);
+  assert_true(s.latest == 1);
+  const unsigned calls = s.calls;
+  assert_true(calls > 8);
+  zs_rbf_free(rbf);
+  for (unsigned at = 1; at <= calls; at++) {
+    zs_diag diag = {0};
+    s = (stop){.at = at};
+    assert_null(zs_rbf_fit(&c->problem, &control, NULL, &diag));
+    assert_int_equal(diag.status, ZS_CANCELLED);
+    assert_int_equal(s.calls, at);
+  }
+  free(c);
+}
+
+static void threads_change_nothing(void **state)
+{
+  (void)state;
+  cloud *c = random_cloud(3, ZS_RBF_R3, 2000, 15);
+  zs_control control;
+  memset(&control, 0, sizeof control);
+  control.threads = 1;
+  zs_rbf *rbf = zs_rbf_fit(&c->problem, &control, NULL, NULL);
+  control.threads = 3;
+  zs_rbf *other = zs_rbf_fit(&c->problem, &control, NULL, NULL);
+  assert_non_null(rbf);
+  assert_non_null(other);
+  assert_true(random_difference(rbf, other, 3) < 1e-9);
+  zs_rbf_free(rbf);
+  zs_rbf_free(other);
+  free(c);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(agrees_with_bordered_system),
+    cmocka_unit_test(iterations_serve),
+    cmocka_unit_test(smoothing_is_the_direct_one),
+    cmocka_unit_test(order_does_not_matter),
+    cmocka_unit_test(follows_similarities),
+    cmocka_unit_test(hostile_sets_are_fitted),
+    cmocka_unit_test(a_miss_is_reported),
+    cmocka_unit_test(memory_is_limited),
+    cmocka_unit_test(can_be_cancelled_anywhere),
+    cmocka_unit_test(threads_change_nothing),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
