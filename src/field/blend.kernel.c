@@ -3,7 +3,7 @@
 #include "field/blend.h"
 
 #include "field/interval.h"
-#include "field/lanes.h"
+#include "field/joint.h"
 
 #include <math.h>
 
@@ -15,9 +15,6 @@ VECTOR float logf(float);
 #undef VECTOR
 #endif
 
-/* A unit in the last place, a little over 2^-23. */
-static const float UNIT = 1.2e-7f;
-
 /* The data in single precision, with what can be worked out once per block. */
 typedef struct numbers {
   float side;    /* 1: union, -1: intersection */
@@ -25,7 +22,7 @@ typedef struct numbers {
   float scale;   /* R-functions: 1 / (1 + alpha) */
   unsigned power; /* of a^2 + b^2 */
   float a0, b1, b2; /* displacement; reciprocals of a1, a2 */
-  float k, factor; /* smooth: reach, and the profile's constant */
+  float k, factor; /* exponential: reach, and the profile's constant */
 } numbers;
 
 static numbers numbers_alpha(const zs_blend *p, double alpha)
@@ -59,12 +56,6 @@ static numbers r_displaced_numbers(const void *data)
   c.b1 = (float)fmin(1 / p->parameter[1], 1e30);
   c.b2 = (float)fmin(1 / p->parameter[2], 1e30);
   return c;
-}
-
-static numbers smooth_numbers(const void *data, double factor)
-{
-  const zs_blend *p = data;
-  return (numbers){.side = (float)p->side, .k = (float)p->parameter[0], .factor = (float)factor};
 }
 
 /* ---- R-functions ---------------------------------------------------------- */
@@ -130,7 +121,7 @@ static inline float r_displaced(float a, float b, numbers c, float *da, float *d
   return r + rise;
 }
 
-/* ---- Smooth maxima and minima ----------------------------------------------- */
+/* ---- The exponential smooth maximum ------------------------------------------- */
 
 /* The larger operand plus `rise`, whose derivative by the distance of the
  * operands is `slope`. */
@@ -143,57 +134,13 @@ static inline float risen(float a, float b, numbers c, float rise, float slope, 
   return (a_first ? a : b) + c.side * rise;
 }
 
-static numbers smooth_quadratic_numbers(const void *data)
-{
-  return smooth_numbers(data, 0.25 / ((const zs_blend *)data)->parameter[0]);
-}
-
-static inline float smooth_quadratic(float a, float b, numbers c, float *da, float *db)
-{
-  const float d = fabsf(a - b), h = d < c.k ? c.k - d : 0;
-  return risen(a, b, c, d < c.k ? h * h * c.factor : 0, d < c.k ? -2 * h * c.factor : 0, da, db);
-}
-
-static numbers smooth_cubic_numbers(const void *data)
-{
-  const double k = ((const zs_blend *)data)->parameter[0];
-  return smooth_numbers(data, 1 / k);
-}
-
-static inline float smooth_cubic(float a, float b, numbers c, float *da, float *db)
-{
-  const float d = fabsf(a - b), h = d < c.k ? c.k - d : 0, u = h * c.factor;
-  return risen(a, b, c, d < c.k ? h * u * u * (1 / 6.0f) : 0, d < c.k ? -0.5f * u * u : 0, da, db);
-}
-
-static numbers smooth_circular_numbers(const void *data)
-{
-  return smooth_numbers(data, 1 / ((const zs_blend *)data)->parameter[0]);
-}
-
-static inline float smooth_circular(float a, float b, numbers c, float *da, float *db)
-{
-  const float d = fabsf(a - b), t = d < c.k ? d * c.factor : 1;
-  const float root = sqrtf(2 - t * t);
-  return risen(a, b, c, d < c.k ? c.k * (1 - 0.5f * t - 0.5f * root) : 0,
-               d < c.k ? 0.5f * t / root - 0.5f : 0, da, db);
-}
-
-static numbers smooth_chamfer_numbers(const void *data)
-{
-  return smooth_numbers(data, 0.5);
-}
-
-static inline float smooth_chamfer(float a, float b, numbers c, float *da, float *db)
-{
-  const float d = fabsf(a - b);
-  return risen(a, b, c, d < c.k ? 0.5f * (c.k - d) : 0, d < c.k ? -0.5f : 0, da, db);
-}
-
 static numbers smooth_exponential_numbers(const void *data)
 {
   /* k/4 log2(1 + 2^(-4 d / k)) = log(1 + exp(-d / factor)) factor */
-  return smooth_numbers(data, ((const zs_blend *)data)->parameter[0] / (4 * 0.69314718055994531));
+  const zs_blend *p = data;
+  const double k = p->parameter[0];
+  return (numbers){
+    .side = (float)p->side, .k = (float)k, .factor = (float)(k / (4 * 0.69314718055994531))};
 }
 
 static inline float smooth_exponential(float a, float b, numbers c, float *da, float *db)
@@ -201,34 +148,6 @@ static inline float smooth_exponential(float a, float b, numbers c, float *da, f
   const float d = fabsf(a - b), e = expf(-d / c.factor), s = 1 + e;
   const float rise = c.factor * logf(s);
   return risen(a, b, c, d < INFINITY ? rise : 0, d < INFINITY ? -e / s : 0, da, db);
-}
-
-/* `most` and the correction of a profile, sixteen at a time: what the values and
- * their bounds are made of. */
-static inline zs_lanes quadratic_rise(zs_lanes d, numbers c)
-{
-  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
-  return h * h * zs_lanes_all(c.factor);
-}
-
-static inline zs_lanes cubic_rise(zs_lanes d, numbers c)
-{
-  const zs_lanes k = zs_lanes_all(c.k), h = zs_lanes_larger(k - d, zs_lanes_all(0));
-  const zs_lanes u = h * zs_lanes_all(c.factor);
-  return h * u * u * zs_lanes_all(1 / 6.0f);
-}
-
-static inline zs_lanes circular_rise(zs_lanes d, numbers c)
-{
-  const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
-  const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
-  const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
-  return zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
-}
-
-static inline zs_lanes chamfer_rise(zs_lanes d, numbers c)
-{
-  return zs_lanes_larger(zs_lanes_all(0.5f) * (zs_lanes_all(c.k) - d), zs_lanes_all(0));
 }
 
 /* ---- Blocks ------------------------------------------------------------------- */
@@ -245,26 +164,6 @@ static inline zs_lanes chamfer_rise(zs_lanes d, numbers c)
       float da, db; \
       out[i] = NAME(in_a[i], in_b[i], c, &da, &db); \
     } \
-  }
-
-/* The smooth ones are worth explicit lanes. */
-#define SMOOTH_VALUE_KERNEL(NAME) \
-  static void smooth_##NAME##_value(const zs_block_arguments *x) \
-  { \
-    const numbers c = smooth_##NAME##_numbers(x->data); \
-    const size_t n = x->n; \
-    const float *in_a = x->in[0], *in_b = x->in[1]; \
-    float *out = x->out; \
-    if (c.side > 0) \
-      for (size_t i = 0; i < n; i += ZS_LANES) { \
-        const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i); \
-        zs_lanes_store(out + i, zs_lanes_larger(a, b) + NAME##_rise(zs_lanes_absolute(a - b), c)); \
-      } \
-    else \
-      for (size_t i = 0; i < n; i += ZS_LANES) { \
-        const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i); \
-        zs_lanes_store(out + i, zs_lanes_smaller(a, b) - NAME##_rise(zs_lanes_absolute(a - b), c)); \
-      } \
   }
 
 #define GRADIENT_KERNEL(NAME) \
@@ -291,18 +190,65 @@ VALUE_KERNEL(r_alpha)
 VALUE_KERNEL(r_m)
 VALUE_KERNEL(r_displaced)
 VALUE_KERNEL(smooth_exponential)
-SMOOTH_VALUE_KERNEL(quadratic)
-SMOOTH_VALUE_KERNEL(cubic)
-SMOOTH_VALUE_KERNEL(circular)
-SMOOTH_VALUE_KERNEL(chamfer)
 GRADIENT_KERNEL(r_alpha)
 GRADIENT_KERNEL(r_m)
 GRADIENT_KERNEL(r_displaced)
-GRADIENT_KERNEL(smooth_quadratic)
-GRADIENT_KERNEL(smooth_cubic)
-GRADIENT_KERNEL(smooth_circular)
-GRADIENT_KERNEL(smooth_chamfer)
 GRADIENT_KERNEL(smooth_exponential)
+
+/* The smooth joints that end. */
+ZS_INLINE zs_lanes joined(zs_lanes a, zs_lanes b, joint_numbers c, joint_profile *rise)
+{
+  const zs_lanes risen = rise(zs_lanes_absolute(a - b), c);
+  return c.side > 0 ? zs_lanes_larger(a, b) + risen : zs_lanes_smaller(a, b) - risen;
+}
+
+ZS_INLINE void joint_values(const zs_block_arguments *x, joint_numbers c, joint_profile *rise)
+{
+  const float *in_a = x->in[0], *in_b = x->in[1];
+  float *out = x->out;
+  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES) {
+    const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
+    zs_lanes_store(out + i, joined(a, b, c, rise));
+  }
+}
+
+ZS_INLINE void joint_gradients(const zs_block_arguments *x, joint_numbers c, joint_profile *rise,
+                            joint_profile *slope)
+{
+  const float *in_a = x->in[0], *in_b = x->in[1];
+  float *out = x->out;
+  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES) {
+    const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
+    const joint_weights weight =
+      joint_weights_of(c.side > 0 ? a > b : a < b, slope(zs_lanes_absolute(a - b), c));
+    zs_lanes_store(out + i, joined(a, b, c, rise));
+    for (size_t row = ZS_BLOCK + i; row < 4 * ZS_BLOCK; row += ZS_BLOCK)
+      zs_lanes_store(out + row, weight.a * zs_lanes_load(in_a + row) +
+                                  weight.b * zs_lanes_load(in_b + row));
+  }
+}
+
+#define JOINT_KERNELS(NAME) \
+  static void smooth_##NAME##_value(const zs_block_arguments *x) \
+  { \
+    joint_values(x, NAME##_numbers(x->data), NAME##_rise); \
+  } \
+  static void smooth_##NAME##_gradient(const zs_block_arguments *x) \
+  { \
+    joint_gradients(x, NAME##_numbers(x->data), NAME##_rise, NAME##_slope); \
+  } \
+  static void smooth_##NAME##_bounds(const zs_bounds_arguments *x) \
+  { \
+    const zs_demand inputs = zs_smooth_##NAME.demand(x->data, x->demand); \
+    zs_intervals_store(x->out, smooth_range(zs_intervals_load(x->in[0]), \
+                                            zs_intervals_load(x->in[1]), NAME##_numbers(x->data), \
+                                            x->demand, inputs, NAME##_rise, x->choice)); \
+  }
+JOINT_KERNELS(quadratic)
+JOINT_KERNELS(cubic)
+JOINT_KERNELS(circular)
+JOINT_KERNELS(chamfer)
+
 
 static void interpolation_value(const zs_block_arguments *x)
 {
@@ -387,8 +333,8 @@ static void r_m_bounds(const zs_bounds_arguments *x)
     }
     const zs_interval u = zs_interval_absolute(a), v = zs_interval_absolute(b);
     const float ulps = 4 + 4 * (float)c.power;
-    zs_interval p = {small_power(u.lo * u.lo + v.lo * v.lo, c.power) * (1 - ulps * UNIT),
-                     small_power(u.hi * u.hi + v.hi * v.hi, c.power) * (1 + ulps * UNIT)};
+    zs_interval p = {small_power(u.lo * u.lo + v.lo * v.lo, c.power) * (1 - ulps * JOINT_UNIT),
+                     small_power(u.hi * u.hi + v.hi * v.hi, c.power) * (1 + ulps * JOINT_UNIT)};
     /* The exact power may be beyond the least and the greatest that blocks use. */
     if (p.lo < 1e-19f)
       p.lo = 0;
@@ -413,54 +359,12 @@ static void r_displaced_bounds(const zs_bounds_arguments *x)
     zs_interval rise = zs_interval_hull4(c.a0 * near, c.a0 * far, c.a0 * near, c.a0 * far, 8);
     zs_interval r = r_alpha_interval(a, b, c);
     /* The sum's rounding error is relative to the larger term. */
-    const float slack = UNIT * (fabsf(c.a0) + (fabsf(r.lo) < INFINITY ? fabsf(r.lo) : 0) +
+    const float slack = JOINT_UNIT * (fabsf(c.a0) + (fabsf(r.lo) < INFINITY ? fabsf(r.lo) : 0) +
                                 (fabsf(r.hi) < INFINITY ? fabsf(r.hi) : 0));
     zs_interval sum = zs_interval_add(r, rise);
     zs_interval_to_lane(x->out, l, (zs_interval){sum.lo - slack, sum.hi + slack});
   }
 }
-
-/* The smooth maxima and minima grow with both operands. */
-static inline void smooth_bounds(const zs_bounds_arguments *x, numbers c, zs_demand inputs,
-                                 zs_lanes (*rise)(zs_lanes d, numbers c))
-{
-  const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]);
-  const zs_lanes reach = zs_lanes_all(c.k);
-  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
-  const zs_lanes_mask a_copied = both & (c.side > 0 ? a.lo - b.hi >= reach : b.lo - a.hi >= reach);
-  const zs_lanes_mask b_copied = both & (c.side > 0 ? b.lo - a.hi >= reach : a.lo - b.hi >= reach);
-  /* Where the result and with it the operands matter: an operand can be dropped
-   * beyond the second, or when the other one is beyond the first by itself. */
-  const zs_lanes below = zs_lanes_all(-inputs.below), above = zs_lanes_all(inputs.above);
-  const zs_lanes least = zs_lanes_all(-x->demand.below), most = zs_lanes_all(x->demand.above);
-  x->choice->copy[0] = zs_lanes_bits(a_copied);
-  x->choice->copy[1] = zs_lanes_bits(b_copied);
-  x->choice->sign[0] = zs_lanes_bits(
-    both & (c.side > 0 ? (b.hi < below) | (a.lo > most) : (b.lo > above) | (a.hi < least)));
-  x->choice->sign[1] = zs_lanes_bits(
-    both & (c.side > 0 ? (a.hi < below) | (b.lo > most) : (a.lo > above) | (b.hi < least)));
-  const zs_lanes side = zs_lanes_all(c.side), slack = zs_lanes_all(4 * UNIT * c.k);
-  const zs_lanes lo_rise = side * rise(zs_lanes_absolute(a.lo - b.lo), c);
-  const zs_lanes hi_rise = side * rise(zs_lanes_absolute(a.hi - b.hi), c);
-  const zs_lanes lo = c.side > 0 ? zs_lanes_larger(a.lo, b.lo) : zs_lanes_smaller(a.lo, b.lo);
-  const zs_lanes hi = c.side > 0 ? zs_lanes_larger(a.hi, b.hi) : zs_lanes_smaller(a.hi, b.hi);
-  /* The correction's error is relative to the reach. */
-  zs_intervals f = zs_intervals_widened(lo + lo_rise - slack, hi + hi_rise + slack, 2);
-  f = zs_intervals_checked(f.lo, f.hi, both);
-  zs_intervals_store(
-    x->out, zs_intervals_select(a_copied, a, zs_intervals_select(b_copied, b, f)));
-}
-
-#define SMOOTH_BOUNDS(NAME) \
-  static void smooth_##NAME##_bounds(const zs_bounds_arguments *x) \
-  { \
-    const zs_demand inputs = zs_smooth_##NAME.demand(x->data, x->demand); \
-    smooth_bounds(x, smooth_##NAME##_numbers(x->data), inputs, NAME##_rise); \
-  }
-SMOOTH_BOUNDS(quadratic)
-SMOOTH_BOUNDS(cubic)
-SMOOTH_BOUNDS(circular)
-SMOOTH_BOUNDS(chamfer)
 
 /* This one never ends: there is nothing to choose. */
 static void smooth_exponential_bounds(const zs_bounds_arguments *x)
@@ -471,7 +375,7 @@ static void smooth_exponential_bounds(const zs_bounds_arguments *x)
     float unused;
     const float lo = smooth_exponential(a.lo, b.lo, c, &unused, &unused);
     const float hi = smooth_exponential(a.hi, b.hi, c, &unused, &unused);
-    const float slack = 4 * UNIT * c.k;
+    const float slack = 4 * JOINT_UNIT * c.k;
     zs_interval_to_lane(x->out, l,
                         zs_interval_known(a) && zs_interval_known(b)
                           ? zs_interval_widened(lo - slack, hi + slack, 2)
@@ -501,7 +405,7 @@ static void interpolation_bounds(const zs_bounds_arguments *x)
       const float lo[2] = {mixed(a.lo, b.lo, t.lo), mixed(a.lo, b.lo, t.hi)};
       const float hi[2] = {mixed(a.hi, b.hi, t.lo), mixed(a.hi, b.hi, t.hi)};
       const float slack =
-        2 * UNIT * (fmaxf(fabsf(a.lo), fabsf(a.hi)) + fmaxf(fabsf(b.lo), fabsf(b.hi)));
+        2 * JOINT_UNIT * (fmaxf(fabsf(a.lo), fabsf(a.hi)) + fmaxf(fabsf(b.lo), fabsf(b.hi)));
       r = zs_interval_hull4(lo[0] - slack, lo[1] - slack, hi[0] + slack, hi[1] + slack, 2);
     }
     zs_interval_to_lane(x->out, l, r);

@@ -1,5 +1,6 @@
 #include "field/compiler.h"
 
+#include "field/chain.h"
 #include "field/field.h"
 #include "field/scalar.h"
 
@@ -464,10 +465,12 @@ void zs_compiler_free(zs_compiler *compiler)
 
 static const zs_program *finish_program(zs_compiler *c, zs_value result)
 {
-  zs_shortener shortener;
+  zs_shortener shortener = {0};
   const zs_program *program = NULL;
-  if (zs_shortener_init(&shortener, result + 1)) {
-    zs_shortener_list(&shortener, c->instructions, result + 1, NULL, 1, ZS_REQUEST_GRADIENT);
+  uint32_t links;
+  if (zs_chains_form(c->instructions, result, &c->field->arena, &links) &&
+      zs_shortener_init(&shortener, result + 1, links)) {
+    zs_shortener_list(&shortener, c->instructions, result + 1, NULL, NULL, 1, ZS_REQUEST_GRADIENT);
     program = zs_shortener_emit(&shortener, c->instructions, 0, ZS_REQUEST_GRADIENT, NULL,
                                 &c->field->arena);
   }

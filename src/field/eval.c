@@ -43,12 +43,14 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->gradients = aligned(registers, sizeof *e->gradients);
   e->bounds = aligned(registers, sizeof *e->bounds);
   e->choices = aligned(program->choice_count, sizeof *e->choices);
+  e->links = aligned(program->link_count, sizeof *e->links);
   e->regional = aligned(program->regional_count, sizeof *e->regional);
   e->points = aligned(count, sizeof *e->points);
   e->block = aligned((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
   e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
-  if (!e->kept || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices || !e->regional ||
-      !e->points || !e->block || !zs_shortener_init(&e->shortener, program->count)) {
+  if (!e->kept || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices ||
+      !e->links || !e->regional || !e->points || !e->block ||
+      !zs_shortener_init(&e->shortener, program->count, program->link_count)) {
     zs_eval_free(e);
     zs_fail_memory(diag);
     return NULL;
@@ -71,6 +73,7 @@ void zs_eval_free(zs_eval *eval)
   free(eval->gradients);
   free(eval->bounds);
   free(eval->choices);
+  free(eval->links);
   free(eval->regional);
   free(eval->points);
   zs_shortener_free(&eval->shortener);
@@ -188,6 +191,7 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
       arguments.choice = &eval->choices[instruction->choice];
       arguments.demand = program->demands[instruction->choice];
     }
+    arguments.links = operation->chain ? &eval->links[instruction->link] : NULL;
     arguments.out = i == last ? result : &eval->bounds[program->registers[i]];
     operation->kernels[eval->isa]->bounds(&arguments);
   }
@@ -200,7 +204,8 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
 static bool pays(const zs_shortener *shortener, const zs_program *program, unsigned lane)
 {
   return program->regional_count ||
-         shortener->count[lane] + ZS_COORDINATES < WORTHWHILE * program->count;
+         shortener->count[lane] + shortener->link_count[lane] <
+           WORTHWHILE * zs_program_length(program);
 }
 
 void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
@@ -210,9 +215,9 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
   zs_shortener *shortener = &eval->shortener;
   bool can_shorten = program->choice_count || program->regional_count;
   if (can_shorten)
-    zs_shortener_list(shortener, program->instructions, program->count, eval->choices, lanes,
-                      request);
-  const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] = (const zs_bounds(*)[3])eval->regional;
+    zs_shortener_list(shortener, program->instructions, program->count, eval->choices, eval->links,
+                      lanes, request);
+  const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] = (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional;
   for (unsigned l = 0; l < ZS_LANES; l++) {
     if (!(lanes >> l & 1))
       continue;

@@ -1,3 +1,4 @@
+#include "field/chain.h"
 #include "field/field.h"
 #include "field/scalar.h"
 
@@ -30,9 +31,9 @@ void zs_field_describe(const zs_field *field, zs_field_info *info)
 {
   *info = (zs_field_info){
     .nodes = field->nodes,
-    .instructions = field->program->count - ZS_COORDINATES,
+    .instructions = zs_program_length(field->program),
     .registers = field->program->register_count - ZS_COORDINATES,
-    .choices = field->program->choice_count,
+    .choices = field->program->choice_count + field->program->link_count,
     .fits = field->fit_count,
     .bytes = field->arena.bytes,
   };
@@ -58,6 +59,9 @@ static size_t list_instruction(const zs_program *program, uint32_t i, char line[
                                instruction->operation->name);
   for (unsigned k = 0; k < instruction->operation->arity; k++)
     at += (size_t)snprintf(line + at, LINE - at, " %" PRIu32, instruction->in[k]);
+  if (instruction->operation->chain)
+    at += (size_t)snprintf(line + at, LINE - at, " [%" PRIu32 " links]",
+                           ((const zs_chain *)instruction->data)->count);
   if (instruction->operation->data_size == sizeof(double))
     at += (size_t)snprintf(line + at, LINE - at, " [%g]", *(const double *)instruction->data);
   at += (size_t)snprintf(line + at, LINE - at, "\n");

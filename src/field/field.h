@@ -39,26 +39,32 @@ enum { ZS_TEAM = 4 /* neighbouring lanes, which are likely to need the same */ }
 /* Shortening works on sixteen lanes together: one pass from the result back
  * lists, for every lane, the instructions that it keeps. */
 typedef struct zs_shortener {
-  uint32_t capacity;        /* instructions of the longest program */
   uint16_t *needed;         /* by instruction: lanes that need it */
   zs_stand_ins *stand_ins;  /* by instruction, of those that any lane needs */
   uint32_t *forward[ZS_LANES / ZS_TEAM]; /* by team and instruction: what all lanes of the team
                                             that need it replace it by */
   zs_demand *demands;       /* by instruction: where it matters */
   uint32_t *renamed;        /* by instruction: its new index in the lane at hand */
+  uint32_t *own;            /* links of the chain at hand */
+  uint16_t *begun;          /* by instruction: lanes whose chain does without what was before */
   uint32_t *kept[ZS_LANES]; /* indices in descending order */
   uint32_t count[ZS_LANES]; /* of them */
+  uint32_t *links[ZS_LANES]; /* links kept of the chains among them, in the same order */
+  uint32_t link_count[ZS_LANES];
   uint64_t hash[ZS_LANES];
 } zs_shortener;
 
-/* False when memory is out; zs_shortener_free in any case. */
-bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity);
+/* For programs of up to that many instructions and links of chains.  False when memory
+ * is out; zs_shortener_free in any case. */
+bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links);
 void zs_shortener_free(zs_shortener *shortener);
 
 /* List what the lanes (one bit each) need of a program whose last instruction
- * is the result.  `choices`, by ordinal, may be NULL: then all is kept. */
+ * is the result.  `choices` and those of `links`, by ordinal, may both be NULL: then all
+ * is kept. */
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
-                       const zs_choice *choices, unsigned lanes, zs_request request);
+                       const zs_choice *choices, const zs_choice *links, unsigned lanes,
+                       zs_request request);
 
 /* Whether two listed lanes need the same. */
 bool zs_shortener_equal(const zs_shortener *shortener, const zs_instruction *instructions,
@@ -85,6 +91,7 @@ struct zs_eval {
   float **gradients; /* ... and with them */
   zs_bounds *bounds; /* by register */
   zs_choice *choices;
+  zs_choice *links; /* of chains, by ordinal */
   zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];
   double *points; /* by instruction: results at one point */
   zs_shortener shortener;

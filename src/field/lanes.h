@@ -13,6 +13,10 @@
 #include <immintrin.h>
 #endif
 
+/* For functions that are passed functions, constants at every call: all becomes
+ * one loop. */
+#define ZS_INLINE __attribute__((always_inline)) static inline
+
 typedef float zs_lanes __attribute__((vector_size(4 * ZS_LANES), may_alias));
 typedef int32_t zs_lanes_mask __attribute__((vector_size(4 * ZS_LANES))); /* by lane 0 or -1 */
 

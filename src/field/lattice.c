@@ -261,8 +261,8 @@ static bool evaluate_parts(zs_eval *eval, const zs_program *program, const zs_la
   zs_program_restrict_lanes(eval, program, wanted, request, &eval->arena, programs);
   size_t steps = 0;
   for (unsigned lanes = wanted; lanes; lanes &= lanes - 1)
-    steps += programs[__builtin_ctz(lanes)]->count;
-  const bool quicker = steps < (size_t)program->count * lattice->count[2] / 4 * 3;
+    steps += zs_program_length(programs[__builtin_ctz(lanes)]);
+  const bool quicker = steps < (size_t)zs_program_length(program) * lattice->count[2] / 4 * 3;
   for (unsigned lanes = quicker ? wanted : 0; lanes; lanes &= lanes - 1) {
     const unsigned l = (unsigned)__builtin_ctz(lanes);
     const part p = part_at(lattice, l);

@@ -2,6 +2,8 @@ zs_sources += \
   src/field/blend.c \
   src/field/blend.h \
   src/field/box.c \
+  src/field/chain.c \
+  src/field/chain.h \
   src/field/compiler.c \
   src/field/compiler.h \
   src/field/eval.c \
@@ -9,6 +11,7 @@ zs_sources += \
   src/field/field.h \
   src/field/interval.h \
   src/field/isa.c \
+  src/field/joint.h \
   src/field/lanes.h \
   src/field/lattice.c \
   src/field/operation.h \
@@ -19,9 +22,11 @@ zs_sources += \
   src/field/row.h \
   src/field/scalar.c \
   src/field/scalar.h \
+  src/field/shape.h \
   src/field/walk.c
 
 zs_kernel_sources += \
   src/field/blend.kernel.c \
+  src/field/chain.kernel.c \
   src/field/primitive.kernel.c \
   src/field/scalar.kernel.c

@@ -15,7 +15,8 @@
 enum {
   ZS_BLOCK = 256,          /* points of a block */
   ZS_LANES = 16,           /* boxes evaluated together */
-  ZS_MAXIMUM_INPUTS = 3
+  ZS_MAXIMUM_INPUTS = 4,
+  ZS_MAXIMUM_CHOICES = 3   /* inputs that an operation chooses among */
 };
 
 /* Coordinates that programs are evaluated in.  A point with local coordinates
@@ -48,8 +49,8 @@ typedef struct zs_demand {
 
 /* What an operation with a choice found out, one bit per lane. */
 typedef struct zs_choice {
-  uint16_t copy[ZS_MAXIMUM_INPUTS]; /* the result equals input i, to the bit */
-  uint16_t sign[ZS_MAXIMUM_INPUTS]; /* input i does as well, where only the sign of f counts */
+  uint16_t copy[ZS_MAXIMUM_CHOICES]; /* the result equals input i, to the bit */
+  uint16_t sign[ZS_MAXIMUM_CHOICES]; /* input i does as well, where only the sign of f counts */
 } zs_choice;
 
 /* What one instruction works on: `n` points, a multiple of ZS_LANES.  Pointers
@@ -69,7 +70,8 @@ typedef struct zs_bounds_arguments {
   const zs_frame *frame;
   const zs_bounds *in[ZS_MAXIMUM_INPUTS];
   zs_bounds *out;
-  zs_choice *choice; /* zeroed; NULL for operations without a choice */
+  zs_choice *choice; /* zeroed; NULL for operations without a choice, and for chains */
+  zs_choice *links;  /* of a chain: by link, between the value so far and the link */
   zs_demand demand;  /* of the result; for operations with a choice */
 } zs_bounds_arguments;
 
@@ -95,6 +97,7 @@ typedef struct zs_operation {
   const char *name; /* in listings */
   unsigned arity;
   bool choice; /* bounds can fill in a zs_choice */
+  bool chain;  /* `data` is a zs_chain (chain.h), whose links are choices too */
   /* Where the inputs matter if the result matters where `result` says; NULL:
    * everywhere. */
   zs_demand (*demand)(const void *data, zs_demand result);

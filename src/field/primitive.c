@@ -100,3 +100,15 @@ const zs_operation *zs_primitive_operation(zs_primitive_shape shape, bool root)
 {
   return &operations[shape][root];
 }
+
+bool zs_primitive_of(const zs_operation *operation, zs_primitive_shape *shape, bool *root)
+{
+  for (unsigned s = 0; s < ZS_PRIMITIVE_COUNT; s++)
+    for (unsigned r = 0; r < 2; r++)
+      if (operation == &operations[s][r]) {
+        *shape = (zs_primitive_shape)s;
+        *root = r == 1;
+        return true;
+      }
+  return false;
+}

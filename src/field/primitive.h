@@ -11,7 +11,7 @@
 typedef struct zs_primitive {
   double matrix[12];
   double parameter[4];
-    /* Points as far apart as 1 are this far apart in the primitive's coordinates,
+  /* Points as far apart as 1 are this far apart in the primitive's coordinates,
    * or closer. */
   double stretch;
   uint64_t moved; /* 1: the matrix is the identity but for its last column */
@@ -30,6 +30,9 @@ typedef enum zs_primitive_shape {
 
 /* The operation on the frame's coordinates (root), or on three registers. */
 const zs_operation *zs_primitive_operation(zs_primitive_shape shape, bool root);
+
+/* The reverse.  False for operations that are no primitives. */
+bool zs_primitive_of(const zs_operation *operation, zs_primitive_shape *shape, bool *root);
 
 /* By shape; [0]: of registers, [1]: of the frame's coordinates. */
 typedef zs_kernels zs_primitive_table[ZS_PRIMITIVE_COUNT][2];

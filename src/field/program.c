@@ -1,36 +1,46 @@
 /* Shortening: from instructions and what is known of their intervals to the
  * programs that are still needed. */
+#include "field/chain.h"
 #include "field/field.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-bool zs_shortener_init(zs_shortener *shortener, uint32_t capacity)
+bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links)
 {
-  *shortener = (zs_shortener){.capacity = capacity};
-  shortener->needed = malloc(capacity * sizeof *shortener->needed);
-  shortener->stand_ins = malloc(capacity * sizeof *shortener->stand_ins);
-  shortener->demands = malloc(capacity * sizeof *shortener->demands);
-  shortener->renamed = malloc(capacity * sizeof *shortener->renamed);
-  uint32_t *kept = malloc((size_t)capacity * ZS_LANES * sizeof *kept);
-  uint32_t *forward = malloc((size_t)capacity * (ZS_LANES / ZS_TEAM) * sizeof *forward);
-  for (unsigned l = 0; kept && l < ZS_LANES; l++)
-    shortener->kept[l] = kept + (size_t)l * capacity;
+  const size_t n = instructions, m = links ? links : 1;
+  *shortener = (zs_shortener){0};
+  shortener->needed = malloc(n * sizeof *shortener->needed);
+  shortener->begun = malloc(n * sizeof *shortener->begun);
+  shortener->stand_ins = malloc(n * sizeof *shortener->stand_ins);
+  shortener->demands = malloc(n * sizeof *shortener->demands);
+  shortener->renamed = malloc(n * sizeof *shortener->renamed);
+  shortener->own = malloc(m * sizeof *shortener->own);
+  uint32_t *kept = malloc(n * ZS_LANES * sizeof *kept);
+  uint32_t *kept_links = malloc(m * ZS_LANES * sizeof *kept_links);
+  uint32_t *forward = malloc(n * (ZS_LANES / ZS_TEAM) * sizeof *forward);
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    shortener->kept[l] = kept ? kept + l * n : NULL;
+    shortener->links[l] = kept_links ? kept_links + l * m : NULL;
+  }
   for (unsigned t = 0; forward && t < ZS_LANES / ZS_TEAM; t++)
-    shortener->forward[t] = forward + (size_t)t * capacity;
-  return shortener->needed && shortener->stand_ins && shortener->demands && shortener->renamed &&
-         kept && forward;
+    shortener->forward[t] = forward + t * n;
+  return shortener->needed && shortener->begun && shortener->stand_ins && shortener->demands &&
+         shortener->renamed && shortener->own && kept && kept_links && forward;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
 {
   free(shortener->needed);
+  free(shortener->begun);
   free(shortener->stand_ins);
   free(shortener->forward[0]);
   free(shortener->demands);
   free(shortener->renamed);
+  free(shortener->own);
   free(shortener->kept[0]);
+  free(shortener->links[0]);
 }
 
 /* Keep an instruction in some lanes. */
@@ -41,6 +51,39 @@ static void keep(zs_shortener *shortener, unsigned lanes, uint32_t index)
     shortener->kept[l][shortener->count[l]++] = index;
     shortener->hash[l] = (shortener->hash[l] ^ index) * UINT64_C(0x9e3779b97f4a7c15);
   }
+}
+
+static void keep_link(zs_shortener *shortener, unsigned lanes, uint32_t ordinal)
+{
+  for (; lanes; lanes &= lanes - 1) {
+    unsigned l = (unsigned)__builtin_ctz(lanes);
+    shortener->links[l][shortener->link_count[l]++] = ordinal;
+    shortener->hash[l] = (shortener->hash[l] ^ ~ordinal) * UINT64_C(0x9e3779b97f4a7c15);
+  }
+}
+
+/* List the links that the lanes keep of a chain.  `choices` may be NULL. */
+static void list_links(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
+                       const zs_choice *choices, bool sign)
+{
+  const zs_chain *chain = instruction->data;
+  const unsigned needed = shortener->needed[index];
+  unsigned open = needed, with_links = 0;
+  for (uint32_t i = chain->count; open && i-- > 0;) {
+    const uint32_t ordinal = instruction->link + i;
+    const zs_choice all = {.copy = {0}}, *choice = choices ? &choices[ordinal] : &all;
+    const unsigned kept = open & ~(choice->copy[0] | (sign ? choice->sign[0] : 0u));
+    keep_link(shortener, kept, ordinal);
+    with_links |= kept;
+    open &= ~(kept & (choice->copy[1] | (sign ? choice->sign[1] : 0u)));
+  }
+  const unsigned begun = chain->begins ? needed : needed & ~open;
+  shortener->begun[index] = (uint16_t)begun;
+  shortener->stand_ins[index].input[ZS_CHAIN_SO_FAR] = (uint16_t)(needed & ~with_links);
+  shortener->needed[instruction->in[ZS_CHAIN_SO_FAR]] |= (uint16_t)(needed & ~begun);
+  keep(shortener, with_links, index);
+  for (unsigned k = 0; k < ZS_CHAIN_SO_FAR; k++)
+    shortener->needed[instruction->in[k]] |= (uint16_t)with_links;
 }
 
 /* Hand an instruction's lanes on to the inputs that stand in for it in some of
@@ -80,12 +123,14 @@ static void find_forwards(zs_shortener *shortener, const zs_instruction *instruc
 }
 
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
-                       const zs_choice *choices, unsigned lanes, zs_request request)
+                       const zs_choice *choices, const zs_choice *links, unsigned lanes,
+                       zs_request request)
 {
   uint16_t *needed = shortener->needed;
   const bool sign = request == ZS_REQUEST_SIGN;
   memset(needed, 0, count * sizeof *needed);
   memset(shortener->count, 0, sizeof shortener->count);
+  memset(shortener->link_count, 0, sizeof shortener->link_count);
   memset(shortener->hash, 0, sizeof shortener->hash);
   needed[count - 1] = (uint16_t)lanes;
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
@@ -95,6 +140,10 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
     shortener->stand_ins[i] = (zs_stand_ins){{0}};
+    if (operation->chain) {
+      list_links(shortener, instruction, i, links, sign);
+      continue;
+    }
     if (choices && operation->choice)
       kept &= ~replace(shortener, instruction, i, &choices[instruction->choice], sign);
     if (!kept)
@@ -125,16 +174,30 @@ static uint32_t resolved(const zs_shortener *shortener, const zs_instruction *in
   return index;
 }
 
+/* How many of a kept instruction's inputs the lane needs. */
+static unsigned needed_inputs(const zs_shortener *shortener, const zs_instruction *instruction,
+                              uint32_t index, unsigned lane)
+{
+  const bool begins = instruction->operation->chain && shortener->begun[index] >> lane & 1;
+  return begins ? ZS_CHAIN_SO_FAR : instruction->operation->arity;
+}
+
 bool zs_shortener_equal(const zs_shortener *shortener, const zs_instruction *instructions,
                         unsigned lane, unsigned other)
 {
   const uint32_t count = shortener->count[lane], *kept = shortener->kept[lane];
+  const uint32_t link_count = shortener->link_count[lane], *links = shortener->links[lane];
   if (shortener->hash[lane] != shortener->hash[other] || count != shortener->count[other] ||
-      memcmp(kept, shortener->kept[other], count * sizeof *kept))
+      link_count != shortener->link_count[other] ||
+      memcmp(kept, shortener->kept[other], count * sizeof *kept) ||
+      memcmp(links, shortener->links[other], link_count * sizeof *links))
     return false;
   for (uint32_t e = 0; e < count; e++) {
     const zs_instruction *instruction = &instructions[kept[e]];
-    for (unsigned k = 0; k < instruction->operation->arity; k++)
+    const unsigned inputs = needed_inputs(shortener, instruction, kept[e], lane);
+    if (inputs != needed_inputs(shortener, instruction, kept[e], other))
+      return false;
+    for (unsigned k = 0; k < inputs; k++)
       if (resolved(shortener, instructions, lane, instruction->in[k]) !=
           resolved(shortener, instructions, other, instruction->in[k]))
         return false;
@@ -154,6 +217,22 @@ static const void *restricted_data(const zs_instruction *instruction, unsigned l
       return instruction->data;
   }
   return instruction->operation->restricted(instruction->data, lo, hi, arena);
+}
+
+/* The data of a chain with the lane's links, of which the last `left` of its list are
+ * not yet placed. */
+static const void *chain_data(zs_shortener *shortener, const zs_instruction *instruction,
+                              uint32_t index, unsigned lane, uint32_t *left, zs_arena *arena)
+{
+  const zs_chain *chain = instruction->data;
+  const uint32_t *links = shortener->links[lane];
+  uint32_t *own = shortener->own, count = 0;
+  while (*left && links[*left - 1] - instruction->link < chain->count)
+    own[count++] = links[--*left] - instruction->link;
+  const bool begins = shortener->begun[index] >> lane & 1;
+  if (count == chain->count && begins == chain->begins)
+    return chain;
+  return zs_chain_shortened(chain, begins, own, count, arena);
 }
 
 /* Linear scan from the end: a register is taken at a value's last use and is
@@ -208,8 +287,12 @@ static void find_demands(const zs_instruction *instructions, uint32_t count, zs_
       operation->demand ? operation->demand(instruction->data, demands[i]) : everywhere;
     for (unsigned k = 0; k < operation->arity; k++) {
       const uint32_t in = instruction->in[k];
+      if (operation->chain && k != ZS_CHAIN_SO_FAR) { /* a coordinate */
+        demands[in] = everywhere;
+        continue;
+      }
       const bool chained = operation->demand && operation->arity > 1 &&
-                           zs_instruction_same_operation(instruction, &instructions[in]);
+                           zs_joints_equal(instruction, &instructions[in]);
       raise_demand(&demands[in], chained ? demands[i] : inputs);
     }
   }
@@ -222,6 +305,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
 {
   const uint32_t *kept = shortener->kept[lane], count = shortener->count[lane] + ZS_COORDINATES;
   uint32_t *renamed = shortener->renamed, next = ZS_COORDINATES;
+  uint32_t links_left = shortener->link_count[lane];
   zs_program *program = ZS_ARENA_NEW(arena, zs_program, 1);
   zs_instruction *out = zs_arena_reserve(arena, count, sizeof *out);
   uint32_t *registers = zs_arena_reserve(arena, count, sizeof *registers);
@@ -236,15 +320,22 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     const zs_operation *operation = instruction->operation;
     zs_instruction *copy = &out[next];
     copy->operation = operation;
-    copy->data = operation->restricted && regional
-                   ? restricted_data(instruction, lane, regional[instruction->regional], arena)
-                   : instruction->data;
-    for (unsigned k = 0; k < operation->arity; k++)
+    copy->data = instruction->data;
+    if (operation->restricted && regional)
+      copy->data = restricted_data(instruction, lane, regional[instruction->regional], arena);
+    else if (operation->chain)
+      copy->data = chain_data(shortener, instruction, kept[e], lane, &links_left, arena);
+    if (operation->chain && !copy->data)
+      return NULL;
+    const unsigned inputs = needed_inputs(shortener, instruction, kept[e], lane);
+    for (unsigned k = 0; k < inputs; k++)
       copy->in[k] = renamed[resolved(shortener, instructions, lane, instruction->in[k])];
-    for (unsigned k = operation->arity; k < ZS_MAXIMUM_INPUTS; k++)
+    for (unsigned k = inputs; k < ZS_MAXIMUM_INPUTS; k++)
       copy->in[k] = 0;
     copy->choice = program->choice_count;
     copy->regional = program->regional_count;
+    copy->link = program->link_count;
+    program->link_count += operation->chain ? ((const zs_chain *)copy->data)->count : 0;
     program->choice_count += operation->choice;
     program->regional_count += operation->restricted != NULL;
     renamed[kept[e]] = next++;

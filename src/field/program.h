@@ -10,6 +10,7 @@ typedef struct zs_instruction {
   uint32_t in[ZS_MAXIMUM_INPUTS]; /* earlier instructions */
   uint32_t choice;                /* ordinal among instructions with a choice */
   uint32_t regional;              /* ordinal among those with a regional form */
+  uint32_t link;                  /* ordinal of a chain's first link among those of all chains */
 } zs_instruction;
 
 /* The first three instructions of every program stand for the coordinates: the
@@ -22,9 +23,15 @@ typedef struct zs_program {
   const zs_instruction *instructions; /* the last one is the result */
   const uint32_t *registers;          /* the register each one writes */
   const zs_demand *demands;           /* of instructions with a choice, by ordinal */
-  uint32_t count, register_count, choice_count, regional_count;
+  uint32_t count, register_count, choice_count, regional_count, link_count;
   zs_request request;
 } zs_program;
+
+/* How many steps a program takes for a block: instructions, and links of chains. */
+static inline uint32_t zs_program_length(const zs_program *program)
+{
+  return program->count - ZS_COORDINATES + program->link_count;
+}
 
 /* Sixteen boxes in a frame's local coordinates, closed. */
 typedef struct zs_boxes {

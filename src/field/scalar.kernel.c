@@ -3,6 +3,7 @@
 #include "field/scalar.h"
 
 #include "field/interval.h"
+#include "field/joint.h"
 #include "field/row.h"
 
 #include <math.h>
@@ -473,22 +474,11 @@ static void COSINE_bounds(const zs_bounds_arguments *x)
   periodic_bounds(x, COSINE_value, 0);
 }
 
-/* Minimum and maximum of operands in registers.  An operand can be dropped where
- * it always loses, where it loses when it matters, and where the other one is
- * beyond what matters by itself. */
+/* Minimum and maximum of operands in registers. */
 static inline void extremum(const zs_bounds_arguments *x, bool maximum)
 {
-  const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]);
-  const zs_lanes below = zs_lanes_all(-x->demand.below), above = zs_lanes_all(x->demand.above);
-  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
-  x->choice->copy[0] = zs_lanes_bits(both & (maximum ? b.hi < a.lo : a.hi < b.lo));
-  x->choice->copy[1] = zs_lanes_bits(both & (maximum ? a.hi < b.lo : b.hi < a.lo));
-  x->choice->sign[0] = zs_lanes_bits(
-    both & (maximum ? (b.hi < below) | (a.lo > above) : (b.lo > above) | (a.hi < below)));
-  x->choice->sign[1] = zs_lanes_bits(
-    both & (maximum ? (a.hi < below) | (b.lo > above) : (a.lo > above) | (b.hi < below)));
-  zs_intervals_store(x->out,
-                     maximum ? zs_intervals_maximum(a, b) : zs_intervals_minimum(a, b));
+  zs_intervals_store(x->out, extremum_range(zs_intervals_load(x->in[0]), zs_intervals_load(x->in[1]),
+                                            maximum, x->demand, x->choice));
 }
 
 static void minimum_bounds(const zs_bounds_arguments *x)

@@ -1,0 +1,179 @@
+/* Maxima, minima and their smoothed forms, sixteen at a time: what the kernels of
+ * joints and of chains are made of.  For *.kernel.c files only. */
+#ifndef ZS_JOINT_H
+#define ZS_JOINT_H
+
+#include "field/blend.h"
+#include "field/lanes.h"
+
+/* A unit in the last place, a little over 2^-23. */
+static const float JOINT_UNIT = 1.2e-7f;
+
+/* ---- Profiles ------------------------------------------------------------------- */
+
+typedef struct joint_numbers {
+  float side;      /* a zs_blend_side */
+  float k, factor; /* reach, and the profile's constant */
+} joint_numbers;
+
+static inline joint_numbers make_joint_numbers(const zs_blend *p, double factor)
+{
+  return (joint_numbers){(float)p->side, (float)p->parameter[0], (float)factor};
+}
+
+/* What a joint of operands at a distance d of each other adds to the larger one,
+ * and the derivative of that by d. */
+typedef zs_lanes joint_profile(zs_lanes d, joint_numbers c);
+
+static inline zs_lanes joint_overlap(zs_lanes d, joint_numbers c)
+{
+  return zs_lanes_larger(zs_lanes_all(c.k) - d, zs_lanes_all(0));
+}
+
+static inline joint_numbers quadratic_numbers(const zs_blend *p)
+{
+  return make_joint_numbers(p, 0.25 / p->parameter[0]);
+}
+
+static inline zs_lanes quadratic_rise(zs_lanes d, joint_numbers c)
+{
+  const zs_lanes h = joint_overlap(d, c);
+  return h * h * zs_lanes_all(c.factor);
+}
+
+static inline zs_lanes quadratic_slope(zs_lanes d, joint_numbers c)
+{
+  return joint_overlap(d, c) * zs_lanes_all(-2 * c.factor);
+}
+
+static inline joint_numbers cubic_numbers(const zs_blend *p)
+{
+  return make_joint_numbers(p, 1 / p->parameter[0]);
+}
+
+static inline zs_lanes cubic_rise(zs_lanes d, joint_numbers c)
+{
+  const zs_lanes h = joint_overlap(d, c), u = h * zs_lanes_all(c.factor);
+  return h * u * u * zs_lanes_all(1 / 6.0f);
+}
+
+static inline zs_lanes cubic_slope(zs_lanes d, joint_numbers c)
+{
+  const zs_lanes u = joint_overlap(d, c) * zs_lanes_all(c.factor);
+  return u * u * zs_lanes_all(-0.5f);
+}
+
+static inline joint_numbers circular_numbers(const zs_blend *p)
+{
+  return make_joint_numbers(p, 1 / p->parameter[0]);
+}
+
+static inline zs_lanes circular_rise(zs_lanes d, joint_numbers c)
+{
+  const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
+  const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
+  const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
+  return zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
+}
+
+static inline zs_lanes circular_slope(zs_lanes d, joint_numbers c)
+{
+  const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
+  const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
+  return half * t / zs_lanes_square_root(zs_lanes_all(2) - t * t) - half;
+}
+
+static inline joint_numbers chamfer_numbers(const zs_blend *p)
+{
+  return make_joint_numbers(p, 0.5);
+}
+
+static inline zs_lanes chamfer_rise(zs_lanes d, joint_numbers c)
+{
+  return zs_lanes_all(0.5f) * joint_overlap(d, c);
+}
+
+static inline zs_lanes chamfer_slope(zs_lanes d, joint_numbers c)
+{
+  return zs_lanes_select(d < zs_lanes_all(c.k), zs_lanes_all(-0.5f), zs_lanes_all(0));
+}
+
+/* A sharp joint: the maximum or minimum itself. */
+static inline joint_numbers extremum_numbers(const zs_blend *p)
+{
+  return make_joint_numbers(p, 0);
+}
+
+static inline zs_lanes extremum_rise(zs_lanes d, joint_numbers c)
+{
+  (void)d;
+  (void)c;
+  return zs_lanes_all(0);
+}
+
+static inline zs_lanes extremum_slope(zs_lanes d, joint_numbers c)
+{
+  return extremum_rise(d, c);
+}
+
+/* The derivatives of a joint by its operands; `slope` is that of its profile. */
+typedef struct joint_weights {
+  zs_lanes a, b;
+} joint_weights;
+
+static inline joint_weights joint_weights_of(zs_lanes_mask a_first, zs_lanes slope)
+{
+  const zs_lanes first = zs_lanes_all(1) + slope;
+  return (joint_weights){zs_lanes_select(a_first, first, -slope),
+                         zs_lanes_select(a_first, -slope, first)};
+}
+
+/* ---- Bounds -----------------------------------------------------------------------
+ *
+ * Of joints of a and b, with what can be left out.  `result` and `inputs` say where
+ * those matter; an operand can be dropped where it always loses, where it loses
+ * whenever it matters, and where the other one is beyond what matters by itself. */
+
+ZS_INLINE zs_intervals extremum_range(zs_intervals a, zs_intervals b, bool maximum, zs_demand result,
+                                   zs_choice *choice)
+{
+  const zs_lanes below = zs_lanes_all(-result.below), above = zs_lanes_all(result.above);
+  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
+  choice->copy[0] = zs_lanes_bits(both & (maximum ? b.hi < a.lo : a.hi < b.lo));
+  choice->copy[1] = zs_lanes_bits(both & (maximum ? a.hi < b.lo : b.hi < a.lo));
+  choice->sign[0] = zs_lanes_bits(
+    both & (maximum ? (b.hi < below) | (a.lo > above) : (b.lo > above) | (a.hi < below)));
+  choice->sign[1] = zs_lanes_bits(
+    both & (maximum ? (a.hi < below) | (b.lo > above) : (a.lo > above) | (b.hi < below)));
+  return maximum ? zs_intervals_maximum(a, b) : zs_intervals_minimum(a, b);
+}
+
+/* Smooth joints grow with both operands. */
+ZS_INLINE zs_intervals smooth_range(zs_intervals a, zs_intervals b, joint_numbers c, zs_demand result,
+                                 zs_demand inputs, joint_profile *rise, zs_choice *choice)
+{
+  const bool is_union = c.side > 0;
+  const zs_lanes reach = zs_lanes_all(c.k);
+  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
+  const zs_lanes_mask a_copied = both & (is_union ? a.lo - b.hi >= reach : b.lo - a.hi >= reach);
+  const zs_lanes_mask b_copied = both & (is_union ? b.lo - a.hi >= reach : a.lo - b.hi >= reach);
+  const zs_lanes below = zs_lanes_all(-inputs.below), above = zs_lanes_all(inputs.above);
+  const zs_lanes least = zs_lanes_all(-result.below), most = zs_lanes_all(result.above);
+  choice->copy[0] = zs_lanes_bits(a_copied);
+  choice->copy[1] = zs_lanes_bits(b_copied);
+  choice->sign[0] = zs_lanes_bits(
+    both & (is_union ? (b.hi < below) | (a.lo > most) : (b.lo > above) | (a.hi < least)));
+  choice->sign[1] = zs_lanes_bits(
+    both & (is_union ? (a.hi < below) | (b.lo > most) : (a.lo > above) | (b.hi < least)));
+  const zs_lanes side = zs_lanes_all(c.side), slack = zs_lanes_all(4 * JOINT_UNIT * c.k);
+  const zs_lanes lo_rise = side * rise(zs_lanes_absolute(a.lo - b.lo), c);
+  const zs_lanes hi_rise = side * rise(zs_lanes_absolute(a.hi - b.hi), c);
+  const zs_lanes lo = is_union ? zs_lanes_larger(a.lo, b.lo) : zs_lanes_smaller(a.lo, b.lo);
+  const zs_lanes hi = is_union ? zs_lanes_larger(a.hi, b.hi) : zs_lanes_smaller(a.hi, b.hi);
+  /* The correction's error is relative to the reach. */
+  zs_intervals f = zs_intervals_widened(lo + lo_rise - slack, hi + hi_rise + slack, 2);
+  f = zs_intervals_checked(f.lo, f.hi, both);
+  return zs_intervals_select(a_copied, a, zs_intervals_select(b_copied, b, f));
+}
+
+#endif
