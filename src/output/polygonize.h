@@ -78,7 +78,7 @@ struct zs_brick {
   const zs_moved *moved;
   uint32_t moved_count;
   /* Values at the ends of the crossing edges that lie in the brick, inner end
-   * first, in order of row, axis and x; NULL when not known. */
+   * first, in order of part, row, axis and x; NULL when not known. */
   const float (*ends)[2];
   zs_crease *creases; /* in ascending order of cells */
   uint32_t crease_count, crowded_count; /* of them, those that are not alone */
@@ -179,6 +179,33 @@ const zs_brick *zs_brick_upper(const zs_polygonize_job *job, const zs_brick *bri
 /* The frame that all of a brick's evaluations use: its origin is the lattice
  * place of corner 8, where it would be without pads. */
 zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick);
+
+/* ---- Parts ---------------------------------------------------------------------
+ *
+ * A brick's edges are solved part by part, as smaller boxes need shorter programs. */
+
+enum { ZS_PARTS = ZS_LANES, ZS_PART_WIDTH = ZS_BRICK / 2, ZS_PART_HEIGHT = ZS_BRICK / 4 };
+
+/* Corners of a part: ZS_PART_WIDTH along x and y, ZS_PART_HEIGHT along z. */
+typedef struct zs_part {
+  unsigned first[3];
+  uint16_t columns; /* bits x of its rows */
+} zs_part;
+
+static inline zs_part zs_part_at(unsigned l)
+{
+  return (zs_part){
+    {l % 2 * ZS_PART_WIDTH, l / 2 % 2 * ZS_PART_WIDTH, l / 4 * ZS_PART_HEIGHT},
+    (uint16_t)(((1u << ZS_PART_WIDTH) - 1) << l % 2 * ZS_PART_WIDTH)};
+}
+
+/* Row i of the part, in its brick. */
+static inline unsigned zs_part_row(const zs_part *part, unsigned i)
+{
+  return (part->first[2] + i / ZS_PART_WIDTH) * ZS_BRICK + part->first[1] + i % ZS_PART_WIDTH;
+}
+
+enum { ZS_PART_ROWS = ZS_PART_WIDTH * ZS_PART_HEIGHT };
 
 /* ---- Cells -------------------------------------------------------------------- */
 

@@ -272,25 +272,38 @@ static void repel(const sampling *s)
 
 /* ---- What is kept of a brick ------------------------------------------------------- */
 
+typedef float edge_ends[2];
+
+/* Those of the edges that start in some columns of a row; returns where the next
+ * ones go. */
+static edge_ends *keep_row(const sampler *w, unsigned row, unsigned columns, edge_ends *ends)
+{
+  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
+  for (unsigned axis = 0; axis < 3 && zs_row_has(w->crossing, row); axis++)
+    for (unsigned edges = w->crossing[axis][row] & columns; edges; edges &= edges - 1) {
+      const unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
+      const float a = w->f[start], b = w->f[start + stride[axis]];
+      (*ends)[0] = a > b ? a : b; /* one is inside, the other is not */
+      (*ends)[1] = a > b ? b : a;
+      ends++;
+    }
+  return ends;
+}
+
 /* Keep the values at the ends of the crossing edges within the brick.  False
  * when memory is out. */
 static bool keep_ends(const sampling *s)
 {
-  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
   const sampler *w = s->worker->scratch;
-  float(*ends)[2] = zs_arena_reserve(&s->worker->arena, w->crossing_count, sizeof *ends);
+  edge_ends *ends = zs_arena_reserve(&s->worker->arena, w->crossing_count, sizeof *ends);
   if (!ends)
     return false;
   s->brick->ends = (const float(*)[2])ends;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3 && zs_row_has(w->crossing, row); axis++)
-      for (unsigned edges = w->crossing[axis][row]; edges; edges &= edges - 1) {
-        unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
-        const float a = w->f[start], b = w->f[start + stride[axis]];
-        (*ends)[0] = a > b ? a : b; /* one is inside, the other is not */
-        (*ends)[1] = a > b ? b : a;
-        ends++;
-      }
+  for (unsigned l = 0; l < ZS_PARTS; l++) {
+    const zs_part part = zs_part_at(l);
+    for (unsigned i = 0; i < ZS_PART_ROWS; i++)
+      ends = keep_row(w, zs_part_row(&part, i), part.columns, ends);
+  }
   return true;
 }
 

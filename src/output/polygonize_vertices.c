@@ -31,18 +31,14 @@ typedef struct solving {
   zs_polygonize_job *job;
   zs_polygonize_worker *worker;
   zs_brick *brick;
+  const zs_program *program; /* of the part at hand */
   const zs_row_kernels *rows;
   zs_frame frame;
 } solving;
 
-/* Copy a block's triples of numbers to those of its vertices, which follow each
- * other unless there are caps among them. */
+/* Copy a block's triples of numbers to those of its vertices. */
 static void unpack(const solver *w, unsigned n, float *triples)
 {
-  if (w->number[n - 1] - w->number[0] == n - 1) {
-    memcpy(triples + 3 * (size_t)w->number[0], w->packed, 3 * n * sizeof *triples);
-    return;
-  }
   for (unsigned i = 0; i < n; i++)
     memcpy(triples + 3 * (size_t)w->number[i], w->packed + 3 * i, 3 * sizeof *triples);
 }
@@ -56,7 +52,7 @@ static void find_normals(const solving *s)
   const unsigned n = w->roots.count;
   for (int k = 0; k < 3; k++)
     memcpy(w->at[k], w->roots.inside[k], n * sizeof *w->at[k]);
-  zs_program_gradients(s->worker->eval, s->brick->program, &s->frame, n, w->at[0], w->at[1],
+  zs_program_gradients(s->worker->eval, s->program, &s->frame, n, w->at[0], w->at[1],
                        w->at[2], w->result[0]);
   s->worker->evaluations += n;
   s->rows->normals(n, w->result + 1);
@@ -168,7 +164,7 @@ static void flush(const solving *s)
   if (w->moved_count)
     move_ends(w);
   s->worker->evaluations +=
-    zs_roots_solve(&w->roots, s->worker->eval, s->brick->program, &s->frame,
+    zs_roots_solve(&w->roots, s->worker->eval, s->program, &s->frame,
                    (float)s->job->tolerance, (float)s->job->apart);
   s->rows->places(n, (const float(*)[ZS_BLOCK])w->roots.found, s->frame.origin, w->packed);
   unpack(w, n, s->job->mesh->positions);
@@ -185,28 +181,87 @@ static bool leads_to_pad(const solving *s, unsigned edge, unsigned axis)
          zs_lattice_pad_edge(s->job, (int)axis, zs_lattice_index(s->brick, (int)axis, start));
 }
 
-static void add_edges(const solving *s)
+/* Add the edges that start in some columns of a row; returns the ends of the next
+ * ones, which are NULL when not known. */
+static const float (*add_row(const solving *s, unsigned row, unsigned columns,
+                             const float (*ends)[2]))[2]
 {
   solver *w = s->worker->scratch;
+  const zs_brick *brick = s->brick;
+  uint32_t first = (uint32_t)brick->first_vertex + brick->first[row];
+  for (unsigned axis = 0; axis < 3; axis++) {
+    const unsigned all = brick->crossing[axis][row];
+    uint32_t number = first + zs_ones(all & ((columns & -columns) - 1));
+    first += zs_ones(all);
+    for (unsigned edges = all & columns; edges; edges &= edges - 1, number++) {
+      const unsigned x = (unsigned)__builtin_ctz(edges), edge = row * ZS_BRICK + x;
+      if (leads_to_pad(s, edge, axis))
+        continue;
+      const bool known = ends && (edge >> 4 * axis & (ZS_BRICK - 1)) != ZS_BRICK - 1;
+      const unsigned inside = brick->signs[row] >> x & 1, i = w->roots.count++;
+      w->roots.f_inner[i] = known ? (*ends)[0] : NAN;
+      w->roots.f_outer[i] = known ? (*ends)[1] : NAN;
+      w->edge[i] = (uint16_t)(edge | axis << ZS_EDGE_AXIS | inside << ZS_EDGE_INSIDE);
+      w->number[i] = number;
+      ends += known;
+      if (i + 1 == ZS_BLOCK)
+        flush(s);
+    }
+  }
+  return ends;
+}
+
+/* How far, in cells, ends of edges may be from their corners: moves are shorter. */
+static const float MOST_MOVED = 2 * ZS_REPULSION;
+
+/* Programs for the edges of each part, in the worker's arena. */
+static void make_programs(const solving *s, const zs_program *programs[ZS_PARTS])
+{
+  zs_boxes boxes;
+  zs_bounds bounds;
+  for (unsigned l = 0; l < ZS_PARTS; l++) {
+    const zs_part part = zs_part_at(l);
+    for (unsigned k = 0; k < 3; k++) {
+      const unsigned size = k < 2 ? ZS_PART_WIDTH : ZS_PART_HEIGHT;
+      const float margin = (float)s->job->cell[k] * MOST_MOVED;
+      boxes.axis[k].lo[l] = zs_brick_place(s->job, (int)k, part.first[k]) - margin;
+      boxes.axis[k].hi[l] = zs_brick_place(s->job, (int)k, part.first[k] + size) + margin;
+    }
+  }
+  zs_program_bounds(s->worker->eval, s->brick->program, &s->frame, &boxes, &bounds);
+  zs_program_restrict_lanes(s->worker->eval, s->brick->program, (1u << ZS_PARTS) - 1,
+                            ZS_REQUEST_SIGN, &s->worker->arena, programs);
+}
+
+/* Whether shorter programs for the parts are worth making: for so many
+ * instructions, each for so many edges. */
+static bool pays(const zs_brick *brick)
+{
+  const size_t many = 60000;
+  return brick->vertex_count * (size_t)brick->program->count > many;
+}
+
+static void add_edges(solving *s)
+{
+  const zs_program *programs[ZS_PARTS];
+  const zs_arena_mark mark = zs_arena_mark_here(&s->worker->arena);
+  const bool by_part = pays(s->brick);
+  if (by_part)
+    make_programs(s, programs);
   const float(*ends)[2] = s->brick->ends;
-  uint32_t number = (uint32_t)s->brick->first_vertex;
-  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned axis = 0; axis < 3 && zs_row_has(s->brick->crossing, row); axis++)
-      for (unsigned edges = s->brick->crossing[axis][row]; edges; edges &= edges - 1, number++) {
-        const unsigned x = (unsigned)__builtin_ctz(edges), edge = row * ZS_BRICK + x;
-        if (leads_to_pad(s, edge, axis))
-          continue;
-        const bool known = ends && (edge >> 4 * axis & (ZS_BRICK - 1)) != ZS_BRICK - 1;
-        const unsigned inside = s->brick->signs[row] >> x & 1, i = w->roots.count++;
-        w->roots.f_inner[i] = known ? (*ends)[0] : NAN;
-        w->roots.f_outer[i] = known ? (*ends)[1] : NAN;
-        w->edge[i] = (uint16_t)(edge | axis << ZS_EDGE_AXIS | inside << ZS_EDGE_INSIDE);
-        w->number[i] = number;
-        ends += known;
-        if (i + 1 == ZS_BLOCK)
-          flush(s);
-      }
+  for (unsigned l = 0; l < ZS_PARTS; l++) {
+    const zs_part part = zs_part_at(l);
+    s->program = by_part ? programs[l] : s->brick->program;
+    for (unsigned i = 0; i < ZS_PART_ROWS; i++) {
+      const unsigned row = zs_part_row(&part, i);
+      if (zs_row_has(s->brick->crossing, row))
+        ends = add_row(s, row, part.columns, ends);
+    }
+    if (by_part)
+      flush(s);
+  }
   flush(s);
+  zs_arena_rewind(&s->worker->arena, mark);
 }
 
 static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs_brick *brick)
