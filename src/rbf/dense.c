@@ -60,8 +60,9 @@ static zs_dense_result decompose_polynomials(zs_dense *dense, size_t n, size_t t
   if (result != ZS_DENSE_DONE)
     return result;
   double *basis = dense->span.basis;
-  lapack_int status = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (lapack_int)n, (lapack_int)dense->span.rank,
-                                     basis, (lapack_int)n, dense->tau);
+  lapack_int status =
+    LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (lapack_int)n, (lapack_int)dense->span.rank, basis,
+                   (lapack_int)n, dense->tau);
   /* The triangle of an orthonormal matrix is diagonal, of ones up to sign. */
   for (size_t k = 0; k < dense->span.rank; k++)
     dense->sign[k] = basis[k * n + k] < 0 ? -1 : 1;

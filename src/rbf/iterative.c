@@ -1,3 +1,4 @@
+#include "rbf/fast.h"
 #include "rbf/fgmres.h"
 #include "rbf/schwarz.h"
 #include "rbf/solve.h"
@@ -11,7 +12,13 @@ enum { CYCLES = 8 };
 static const double REDUCTION = 0.5;
 /* The largest part of a residual is about this many times the root of its mean
  * square, after few steps and many points. */
-static const double PEAK = 12;
+static const double PEAK = 30;
+/* From so many constraints on, products take clusters together.  Those within
+ * GMRES may be off by this part of the residual; those that the residual is
+ * found with, by this part of the tolerance.  Up to EXACT constraints the last
+ * residual is found by summing all pairs, beyond at a sample only. */
+enum { FAST = 12000, EXACT = 250000 };
+static const double QUICK = 1e-2, FINE = 0.1;
 /* The part of the progress that making the preconditioner is. */
 static const double PREPARATION = 0.4;
 
@@ -20,16 +27,20 @@ typedef struct solver {
   zs_rbf_solution *solution;
   zs_schwarz *schwarz;
   zs_span span;
+  zs_fast *quick, *fine; /* NULL: sums of all pairs */
   double *left; /* of the equations, but for polynomials */
-  double first, aim; /* norms of what was left, and should be */
+  double norm, first, aim; /* of what is left, was at first, and should be */
   double progress; /* the latest fraction */
   bool cancelled;
 } solver;
 
 double zs_rbf_iterative_bytes(const zs_rbf_system *system)
 {
-  return zs_schwarz_bytes(system) + zs_fgmres_bytes(system->count) +
-         (double)system->count * sizeof(double) * (2 * system->terms + 4);
+  const size_t n = system->count;
+  const double fast = n < FAST ? 0 : n > EXACT ? 2 : 1;
+  return zs_schwarz_bytes(system) + zs_fgmres_bytes(n) +
+         fast * zs_fast_bytes(n, system->dimension) +
+         (double)n * sizeof(double) * (2 * system->terms + 5);
 }
 
 static bool tell(solver *s, double fraction)
@@ -51,10 +62,28 @@ static bool stepped(void *context, double norm)
   return tell(s, PREPARATION + (1 - PREPARATION) * (way > 0 ? way : 0));
 }
 
+/* result = (A + mu) d, by clusters or, without, by pairs. */
+static bool multiply_by(const solver *s, zs_fast *fast, const double *d, double *result)
+{
+  const zs_rbf_system *system = &s->job->system;
+  const double sign = zs_rbf_sign(system->kernel);
+  if (!fast) {
+    zs_rbf_system_multiply(system, d, result);
+    return true;
+  }
+  memset(result, 0, system->count * sizeof *result);
+  if (!zs_fast_multiply(fast, d, result))
+    return false;
+  for (size_t i = 0; i < system->count; i++)
+    result[i] = sign * result[i] + system->smoothing * d[i];
+  return true;
+}
+
 static bool multiply(void *context, const double *x, double *result)
 {
   solver *s = context;
-  zs_rbf_system_multiply(&s->job->system, x, result);
+  if (!multiply_by(s, s->quick, x, result))
+    return false;
   zs_rbf_system_project(&s->span, result);
   return true;
 }
@@ -68,59 +97,142 @@ static bool precondition(void *context, const double *r, double *z)
   return true;
 }
 
-/* What the weights leave of the equations, the best polynomial with them, and
- * the norm of what is left. */
-static double find_left(solver *s)
+/* Given h - (A + mu) d in `left`: the best polynomial with these weights, what is
+ * left then, and its norm. */
+static void take_polynomial(solver *s)
 {
   const zs_rbf_system *system = &s->job->system;
-  const size_t n = system->count;
   zs_rbf_solution *solution = s->solution;
   double q[ZS_RBF_MAXIMUM_TERMS], square = 0;
-  zs_rbf_system_multiply(system, solution->weights, s->left);
-  for (size_t i = 0; i < n; i++)
-    s->left[i] = s->job->values[i] - s->left[i];
   zs_rbf_system_coordinates(&s->span, s->left, q);
   zs_span_coefficients(&s->span, q, solution->polynomial);
   zs_rbf_system_project(&s->span, s->left);
   solution->left = solution->residual = 0;
-  for (size_t i = 0; i < n; i++) {
+  for (size_t i = 0; i < system->count; i++) {
     zs_rbf_solution_note(solution, s->left[i], system->smoothing * solution->weights[i]);
     square += s->left[i] * s->left[i];
   }
-  return sqrt(square);
+  s->norm = sqrt(square);
+}
+
+/* What the weights leave of the equations. */
+static bool find_left(solver *s, zs_fast *fast)
+{
+  if (!multiply_by(s, fast, s->solution->weights, s->left))
+    return false;
+  for (size_t i = 0; i < s->job->system.count; i++)
+    s->left[i] = s->job->values[i] - s->left[i];
+  take_polynomial(s);
+  return true;
+}
+
+/* Find what is left; what approximate products may hide counts as left. */
+static bool find_true_left(solver *s)
+{
+  if (!find_left(s, s->fine))
+    return false;
+  if (!s->fine)
+    return true;
+  const double error = zs_fast_check(s->fine, s->solution->weights).most;
+  s->solution->left += error;
+  s->solution->residual += error;
+  return true;
+}
+
+/* Weights for residuals of random sign, the roughest that products will see:
+ * neighbouring weights nearly cancel, and errors show most. */
+static bool make_rough_weights(solver *s, double *residual, double *weights)
+{
+  uint32_t random = 1;
+  for (size_t i = 0; i < s->job->system.count; i++) {
+    random = random * UINT32_C(1664525) + UINT32_C(1013904223);
+    residual[i] = random >> 31 ? 1 : -1;
+  }
+  zs_rbf_system_project(&s->span, residual);
+  return precondition(s, residual, weights);
+}
+
+/* Choose products that take clusters together. */
+static bool choose_products(solver *s)
+{
+  const zs_rbf_system *system = &s->job->system;
+  const zs_rbf_clusters *clusters = s->job->clusters;
+  const size_t n = system->count;
+  double *weights = malloc(n * sizeof *weights);
+  const bool done = weights && make_rough_weights(s, s->left, weights);
+  if (done)
+    s->quick = zs_fast_choose(system->kernel, clusters, clusters, weights, QUICK,
+                              system->threads);
+  if (done && n > EXACT)
+    /* For the final weights, whose residual is of the values' own size. */
+    s->fine = zs_fast_choose(system->kernel, clusters, clusters, weights,
+                             FINE * s->job->tolerance / (PEAK * s->job->largest),
+                             system->threads);
+  free(weights);
+  return done;
+}
+
+/* Begin with no weights. */
+static bool begin(solver *s)
+{
+  const size_t n = s->job->system.count;
+  if (n >= FAST && !choose_products(s))
+    return false;
+  memcpy(s->left, s->job->values, n * sizeof *s->left);
+  take_polynomial(s);
+  s->first = s->norm;
+  s->aim = s->job->tolerance * sqrt((double)n) / PEAK;
+  return true;
+}
+
+/* The norm that GMRES can reach from what is left: inexact products hide the
+ * rest.  (The errors of later steps, of rougher vectors, are larger, but weigh
+ * less; see Simoncini and Szyld, SIAM J. Sci. Comput. 25, 2003.) */
+static bool find_reach(solver *s, double *reach)
+{
+  const size_t n = s->job->system.count;
+  *reach = s->aim;
+  if (!s->quick)
+    return true;
+  double *z = malloc(n * sizeof *z);
+  const bool done = z && precondition(s, s->left, z);
+  if (done)
+    *reach = fmax(s->aim, zs_fast_check(s->quick, z).mean * sqrt((double)n));
+  free(z);
+  return done;
+}
+
+/* One restart of GMRES, from what is left. */
+static bool cycle(solver *s)
+{
+  double reach;
+  const zs_fgmres fgmres = {s->job->system.count, s, multiply, precondition, stepped};
+  s->aim = fmin(s->aim, s->norm * 0.3 * s->job->tolerance / s->solution->left);
+  if (!find_reach(s, &reach))
+    return false;
+  const zs_fgmres_result ended =
+    zs_fgmres_solve(&fgmres, s->left, reach, s->solution->weights);
+  return ended != ZS_FGMRES_MEMORY && ended != ZS_FGMRES_STOPPED && find_true_left(s);
 }
 
 /* Cycles until the tolerance is met, or no more is gained. */
 static zs_rbf_result iterate(solver *s)
 {
   const size_t n = s->job->system.count;
-  const zs_fgmres fgmres = {n, s, multiply, precondition, stepped};
-  const double tolerance = s->job->tolerance;
-  double *best = malloc(n * sizeof *best), norm = find_left(s);
-  zs_rbf_result result = best ? ZS_RBF_DONE : ZS_RBF_MEMORY;
-  s->first = norm;
-  s->aim = tolerance * sqrt((double)n) / PEAK;
-  for (int cycle = 0; result == ZS_RBF_DONE && cycle < CYCLES && s->solution->left > tolerance;
-       cycle++) {
-    const double before = s->solution->left;
-    const zs_rbf_solution kept = *s->solution;
+  double *best = malloc(n * sizeof *best);
+  bool gaining = true, done = best && begin(s);
+  for (int i = 0; done && gaining && i < CYCLES && s->solution->left > s->job->tolerance; i++) {
+    const zs_rbf_solution before = *s->solution;
     memcpy(best, s->solution->weights, n * sizeof *best);
-    s->aim = fmin(s->aim, norm * 0.3 * tolerance / before);
-    const zs_fgmres_result ended = zs_fgmres_solve(&fgmres, s->left, s->aim, s->solution->weights);
-    if (ended == ZS_FGMRES_MEMORY || ended == ZS_FGMRES_STOPPED) {
-      result = s->cancelled ? ZS_RBF_CANCELLED : ZS_RBF_MEMORY;
-      break;
-    }
-    norm = find_left(s);
-    if (!(s->solution->left < before)) {
-      *s->solution = kept;
+    done = cycle(s);
+    gaining = s->solution->left < REDUCTION * before.left;
+    if (!(s->solution->left < before.left)) {
+      *s->solution = before;
       memcpy(s->solution->weights, best, n * sizeof *best);
     }
-    if (!(s->solution->left < REDUCTION * before))
-      break;
   }
   free(best);
-  return result;
+  return done ? ZS_RBF_DONE : s->cancelled ? ZS_RBF_CANCELLED : ZS_RBF_MEMORY;
 }
 
 static zs_rbf_result prepare(solver *s)
@@ -144,6 +256,8 @@ zs_rbf_result zs_rbf_solve_iteratively(const zs_rbf_job *job, zs_rbf_solution *s
   zs_rbf_result result = prepare(&s);
   if (result == ZS_RBF_DONE)
     result = iterate(&s);
+  zs_fast_free(s.quick);
+  zs_fast_free(s.fine);
   zs_schwarz_free(s.schwarz);
   zs_span_free(&s.span);
   free(s.left);

@@ -9,6 +9,8 @@ zs_sources += \
   src/rbf/direct.c \
   src/rbf/distinct.c \
   src/rbf/distinct.h \
+  src/rbf/fast.c \
+  src/rbf/fast.h \
   src/rbf/fgmres.c \
   src/rbf/fgmres.h \
   src/rbf/fit.c \
@@ -18,6 +20,8 @@ zs_sources += \
   src/rbf/kernel.h \
   src/rbf/local.c \
   src/rbf/local.h \
+  src/rbf/nodes.c \
+  src/rbf/nodes.h \
   src/rbf/phi.h \
   src/rbf/product.c \
   src/rbf/product.h \
@@ -36,6 +40,7 @@ zs_sources += \
 
 zs_kernel_sources += \
   src/rbf/local.kernel.c \
+  src/rbf/nodes.kernel.c \
   src/rbf/product.kernel.c \
   src/rbf/series.kernel.c \
   src/rbf/sum.kernel.c

@@ -42,6 +42,13 @@ struct zs_schwarz {
   zs_dense dense;
 };
 
+/* The most points of a cluster that has one point on the next level. */
+static size_t coarsening(size_t count)
+{
+  const size_t most = count / LEAST + 1;
+  return most < COARSENING ? most : COARSENING;
+}
+
 /* ---- Leaves ----------------------------------------------------------------------- */
 
 static size_t padded(size_t n)
@@ -442,13 +449,6 @@ static zs_rbf_result make_leaves(level *l, poll *p)
   return result;
 }
 
-/* The most points of a cluster that has one point on the next level. */
-static size_t coarsening(size_t count)
-{
-  const size_t most = count / LEAST + 1;
-  return most < COARSENING ? most : COARSENING;
-}
-
 /* The points of the next level, and their places in this one. */
 static zs_rbf_result make_next(level *l, level *next)
 {
@@ -635,7 +635,8 @@ double zs_schwarz_bytes(const zs_rbf_system *system)
              n * MOST * sizeof(float) +
              n * sizeof(double) * (2 * system->terms + system->dimension + 5) +
              n / ZS_SCHWARZ_CLUSTER * 4 * sizeof(zs_rbf_cluster);
-    n = 2 * n / COARSENING;
+    /* Clusters are halves of halves: their number is a power of two. */
+    n = exp2(ceil(log2(n / (double)coarsening((size_t)n))));
   } while (n > LAST);
   return bytes + zs_dense_bytes((size_t)n, system->terms);
 }

@@ -1,11 +1,13 @@
 # This room adds to the lists that Makefile.am describes.
 zs_tests += \
   tests/rbf/test_constraints \
+  tests/rbf/test_fast \
   tests/rbf/test_fit \
   tests/rbf/test_iterative \
   tests/rbf/test_solvers \
   tests/rbf/test_sum
 tests_rbf_test_constraints_SOURCES = tests/rbf/test_constraints.c tests/random.h
+tests_rbf_test_fast_SOURCES = tests/rbf/test_fast.c tests/random.h
 tests_rbf_test_fit_SOURCES = tests/rbf/test_fit.c tests/rbf/clouds.h tests/random.h
 tests_rbf_test_iterative_SOURCES = tests/rbf/test_iterative.c tests/rbf/clouds.h tests/random.h
 tests_rbf_test_solvers_SOURCES = tests/rbf/test_solvers.c tests/random.h

@@ -88,6 +88,36 @@ static void smoothing_is_the_direct_one(void **state)
   free(c);
 }
 
+/* So many that products take clusters together. */
+static void large_fits_meet_their_constraints(void **state)
+{
+  (void)state;
+  enum { MANY = 13000 };
+  double *positions = malloc(MANY * 3 * sizeof *positions), *values = malloc(MANY * sizeof *values);
+  assert_non_null(positions);
+  assert_non_null(values);
+  uint64_t seed = 19;
+  for (size_t i = 0; i < MANY; i++) {
+    for (size_t k = 0; k < 3; k++)
+      positions[3 * i + k] = random_between(&seed, -1, 1);
+    values[i] = smooth(3, positions + 3 * i);
+  }
+  const zs_rbf_problem problem = {.dimension = 3, .kernel = ZS_RBF_R, .count = MANY,
+                                  .positions = positions, .values = values};
+  zs_diag diag = {0};
+  zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, &diag);
+  assert_non_null(rbf);
+  assert_string_equal(rbf->method, "iterative");
+  assert_int_equal(diag.warnings, 0);
+  for (size_t i = 0; i < MANY; i += 97)
+    assert_true(fabs(zs_rbf_value(rbf, positions + 3 * i) - values[i]) <=
+                rbf->residual + 1e-9);
+  assert_true(rbf->residual < 4e-6);
+  zs_rbf_free(rbf);
+  free(positions);
+  free(values);
+}
+
 /* ---- Invariance ----------------------------------------------------------------------- */
 
 static void order_does_not_matter(void **state)
@@ -293,6 +323,7 @@ int main(void)
     cmocka_unit_test(agrees_with_bordered_system),
     cmocka_unit_test(iterations_serve),
     cmocka_unit_test(smoothing_is_the_direct_one),
+    cmocka_unit_test(large_fits_meet_their_constraints),
     cmocka_unit_test(order_does_not_matter),
     cmocka_unit_test(follows_similarities),
     cmocka_unit_test(hostile_sets_are_fitted),

@@ -109,8 +109,8 @@ static double *definite_matrix(size_t n, double condition, uint64_t seed)
   for (size_t i = 0; i < n; i++)
     a[i * n + i] = pow(condition, -(double)i / (double)(n - 1));
   for (int side = 0; side < 2; side++)
-    assert_int_equal(LAPACKE_dormqr(LAPACK_COL_MAJOR, side ? 'R' : 'L', side ? 'T' : 'N', size, size,
-                                    size, q, size, tau, a, size),
+    assert_int_equal(LAPACKE_dormqr(LAPACK_COL_MAJOR, side ? 'R' : 'L', side ? 'T' : 'N', size,
+                                    size, size, q, size, tau, a, size),
                      0);
   free(q);
   free(tau);
