@@ -330,6 +330,7 @@ static void finish(zs_polygonize_job *job, zs_job_report *report)
     report->evaluations += job->workers[t].evaluations;
     job->used_bytes += job->workers[t].arena.bytes;
     zs_arena_free(&job->workers[t].arena);
+    zs_arena_free(&job->workers[t].ends);
     zs_eval_free(job->workers[t].eval);
   }
   for (unsigned t = 0; job->programs && t < job->threads; t++) {

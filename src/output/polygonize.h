@@ -78,7 +78,8 @@ struct zs_brick {
   const zs_moved *moved;
   uint32_t moved_count;
   /* Values at the ends of the crossing edges that lie in the brick, inner end
-   * first, in order of part, row, axis and x; NULL when not known. */
+   * first, in order of part, row, axis and x; NULL when not known, and after vertices
+   * are found. */
   const float (*ends)[2];
   zs_crease *creases; /* in ascending order of cells */
   uint32_t crease_count, crowded_count; /* of them, those that are not alone */
@@ -98,6 +99,7 @@ struct zs_brick {
 /* One thread's working data. */
 typedef struct zs_polygonize_worker {
   zs_arena arena; /* holds bricks and what they point to */
+  zs_arena ends;  /* but for the ends of edges: until there are vertices */
   zs_eval *eval;
   uint64_t evaluations;
   bool out_of_memory;

@@ -329,13 +329,10 @@ static bool faces_normal(const zs_mesh *mesh, uint32_t a, uint32_t b, uint32_t c
 {
   const float *p = mesh->positions + 3 * (size_t)a, *q = mesh->positions + 3 * (size_t)b,
               *r = mesh->positions + 3 * (size_t)c, *n = mesh->normals + 3 * (size_t)b;
-  double dot = 0;
-  for (int k = 0; k < 3; k++) {
-    int i = (k + 1) % 3, j = (k + 2) % 3;
-    dot += n[k] * (((double)q[i] - p[i]) * ((double)r[j] - p[j]) -
-                   ((double)q[j] - p[j]) * ((double)r[i] - p[i]));
-  }
-  return dot > 0;
+  const float u[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+  const float v[3] = {r[0] - p[0], r[1] - p[1], r[2] - p[2]};
+  return n[0] * (u[1] * v[2] - u[2] * v[1]) + n[1] * (u[2] * v[0] - u[0] * v[2]) +
+           n[2] * (u[0] * v[1] - u[1] * v[0]) > 0;
 }
 
 /* The crease whose loop joins the given edges of a cell. */

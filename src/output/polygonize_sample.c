@@ -295,7 +295,7 @@ static edge_ends *keep_row(const sampler *w, unsigned row, unsigned columns, edg
 static bool keep_ends(const sampling *s)
 {
   const sampler *w = s->worker->scratch;
-  edge_ends *ends = zs_arena_reserve(&s->worker->arena, w->crossing_count, sizeof *ends);
+  edge_ends *ends = zs_arena_reserve(&s->worker->ends, w->crossing_count, sizeof *ends);
   if (!ends)
     return false;
   s->brick->ends = (const float(*)[2])ends;
@@ -325,7 +325,8 @@ static bool keep_moved(const sampling *s)
 
 static bool over_limit(const zs_polygonize_job *job, const zs_polygonize_worker *worker)
 {
-  const uint64_t bytes = worker->arena.bytes + job->programs[worker - job->workers].bytes;
+  const uint64_t bytes = worker->arena.bytes + worker->ends.bytes +
+                         job->programs[worker - job->workers].bytes;
   return job->control && job->control->memory_limit &&
          job->used_bytes + bytes * job->threads > job->control->memory_limit;
 }

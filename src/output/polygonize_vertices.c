@@ -234,11 +234,11 @@ static void make_programs(const solving *s, const zs_program *programs[ZS_PARTS]
 }
 
 /* Whether shorter programs for the parts are worth making: for so many
- * instructions, each for so many edges. */
+ * steps, each for so many edges. */
 static bool pays(const zs_brick *brick)
 {
   const size_t many = 60000;
-  return brick->vertex_count * (size_t)brick->program->count > many;
+  return brick->vertex_count * (size_t)zs_program_length(brick->program) > many;
 }
 
 static void add_edges(solving *s)
@@ -278,6 +278,7 @@ static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs
   s.frame = zs_brick_frame(job, s.brick);
   gather_moves(&s);
   add_edges(&s);
+  brick->ends = NULL;
   forget_moves(worker->scratch);
 }
 
@@ -295,6 +296,8 @@ bool zs_polygonize_vertices(zs_polygonize_job *job)
     job->workers[t].scratch = &scratch[t];
   }
   bool done = zs_polygonize_each(job, "vertices", 0.5, 0.9, visit_brick);
+  for (unsigned t = 0; t < job->threads; t++)
+    zs_arena_free(&job->workers[t].ends);
   free(scratch);
   return done;
 }

@@ -62,25 +62,6 @@ void zs_symmetric_diagonalize(double a[3][3], double v[3][3])
   }
 }
 
-void zs_quadric_solve(const double a[3][3], const double b[2][3], double place[2][3])
-{
-  double turned[3][3], v[3][3], largest = 0;
-  memcpy(turned, a, sizeof turned);
-  memset(place, 0, 2 * sizeof *place);
-  zs_symmetric_diagonalize(turned, v);
-  for (int k = 0; k < 3; k++)
-    largest = fmax(largest, turned[k][k]);
-  for (int k = 0; k < 3; k++) {
-    if (!(turned[k][k] > INFORMATIVE * largest))
-      continue;
-    for (int i = 0; i < 2; i++) {
-      double along = (v[0][k] * b[i][0] + v[1][k] * b[i][1] + v[2][k] * b[i][2]) / turned[k][k];
-      for (int l = 0; l < 3; l++)
-        place[i][l] += along * v[l][k];
-    }
-  }
-}
-
 /* ---- Minimizing --------------------------------------------------------------- */
 
 /* A search for the best place in a box. */

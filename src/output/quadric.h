@@ -19,10 +19,6 @@ void zs_quadric_add(zs_quadric *quadric, const float normal[3], double distance)
 unsigned zs_quadric_minimize(const zs_quadric *quadric, const double lo[3], const double hi[3],
                              double place[3]);
 
-/* The same without a box for planes at two distances each, b[0] and b[1] in place
- * of the quadric's. */
-void zs_quadric_solve(const double a[3][3], const double b[2][3], double place[2][3]);
-
 /* Eigenvalues (the diagonal of a) and -vectors (the columns of v) of a symmetric
  * matrix. */
 void zs_symmetric_diagonalize(double a[3][3], double v[3][3]);

@@ -11,11 +11,13 @@ tests_output_test_polygonize_SOURCES = \
   tests/random.h
 
 zs_tests += \
+  tests/output/test_creases \
   tests/output/test_grid \
   tests/output/test_quadric \
   tests/output/test_render \
   tests/output/test_slice \
   tests/output/test_voxelize
+tests_output_test_creases_SOURCES = tests/output/test_creases.c tests/random.h
 tests_output_test_grid_SOURCES = tests/output/test_grid.c tests/random.h
 tests_output_test_quadric_SOURCES = tests/output/test_quadric.c tests/random.h
 tests_output_test_render_SOURCES = tests/output/test_render.c tests/output/formula.h
