@@ -206,7 +206,7 @@ ZS_INLINE void joint_values(const zs_block_arguments *x, joint_numbers c, joint_
 {
   const float *in_a = x->in[0], *in_b = x->in[1];
   float *out = x->out;
-  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES) {
+  for (size_t i = 0, n = x->n; i < n; i += ZS_WIDTH) {
     const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
     zs_lanes_store(out + i, joined(a, b, c, rise));
   }
@@ -217,7 +217,7 @@ ZS_INLINE void joint_gradients(const zs_block_arguments *x, joint_numbers c, joi
 {
   const float *in_a = x->in[0], *in_b = x->in[1];
   float *out = x->out;
-  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES) {
+  for (size_t i = 0, n = x->n; i < n; i += ZS_WIDTH) {
     const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
     const joint_weights weight =
       joint_weights_of(c.side > 0 ? a > b : a < b, slope(zs_lanes_absolute(a - b), c));
@@ -240,9 +240,11 @@ ZS_INLINE void joint_gradients(const zs_block_arguments *x, joint_numbers c, joi
   static void smooth_##NAME##_bounds(const zs_bounds_arguments *x) \
   { \
     const zs_demand inputs = zs_smooth_##NAME.demand(x->data, x->demand); \
-    zs_intervals_store(x->out, smooth_range(zs_intervals_load(x->in[0]), \
-                                            zs_intervals_load(x->in[1]), NAME##_numbers(x->data), \
-                                            x->demand, inputs, NAME##_rise, x->choice)); \
+    ZS_FOR_PARTS(part) \
+      zs_intervals_store(x->out, part, \
+                         smooth_range(zs_intervals_load(x->in[0], part), \
+                                      zs_intervals_load(x->in[1], part), NAME##_numbers(x->data), \
+                                      x->demand, inputs, NAME##_rise, x->choice, part)); \
   }
 JOINT_KERNELS(quadratic)
 JOINT_KERNELS(cubic)

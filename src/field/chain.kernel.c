@@ -149,8 +149,8 @@ ZS_INLINE void join_links(tile *t, const link *links, unsigned n, joint_numbers 
 /* The last vectors of a block repeat where a tile is longer than what is left. */
 static inline size_t vector_at(size_t i, int v, size_t n)
 {
-  const size_t at = i + (size_t)v * ZS_LANES;
-  return at < n ? at : n - ZS_LANES;
+  const size_t at = i + (size_t)v * ZS_WIDTH;
+  return at < n ? at : n - ZS_WIDTH;
 }
 
 ZS_INLINE void chain_value(const zs_block_arguments *x, joint_numbers c, joint_profile *rise)
@@ -165,7 +165,7 @@ ZS_INLINE void chain_value(const zs_block_arguments *x, joint_numbers c, joint_p
     const uint32_t left = chain->count - first;
     const unsigned count = left < PREPARED ? left : PREPARED;
     prepare(chain, first, count, frame, links);
-    for (size_t i = 0; i < n; i += VECTORS * ZS_LANES) {
+    for (size_t i = 0; i < n; i += VECTORS * ZS_WIDTH) {
       tile t;
       for (int v = 0; v < VECTORS; v++) {
         const size_t at = vector_at(i, v, n);
@@ -177,7 +177,7 @@ ZS_INLINE void chain_value(const zs_block_arguments *x, joint_numbers c, joint_p
         zs_lanes_store(so_far + vector_at(i, v, n), t.f[v]);
     }
   }
-  for (size_t i = 0; i < n; i += ZS_LANES)
+  for (size_t i = 0; i < n; i += ZS_WIDTH)
     zs_lanes_store(x->out + i, c.side * zs_lanes_load(so_far + i));
 }
 
@@ -262,7 +262,7 @@ ZS_INLINE void chain_gradient(const zs_block_arguments *x, joint_numbers c, join
 {
   const zs_lanes zero = zs_lanes_all(0);
   const zs_chain *chain = x->data;
-  slopes so_far[ZS_BLOCK / ZS_LANES];
+  slopes so_far[ZS_BLOCK / ZS_WIDTH];
   link links[PREPARED];
   zs_frame parallel;
   const zs_frame *frame = link_frame(chain, x->frame, &parallel);
@@ -270,8 +270,8 @@ ZS_INLINE void chain_gradient(const zs_block_arguments *x, joint_numbers c, join
     const uint32_t left = chain->count - first;
     const unsigned count = left < PREPARED ? left : PREPARED;
     prepare(chain, first, count, frame, links);
-    for (size_t i = 0; i < x->n; i += ZS_LANES) {
-      slopes *t = &so_far[i / ZS_LANES];
+    for (size_t i = 0; i < x->n; i += ZS_WIDTH) {
+      slopes *t = &so_far[i / ZS_WIDTH];
       if (!first)
         *t = (slopes){.f = load_so_far(x, chain, i),
                       .weight = zs_lanes_all(1),
@@ -279,13 +279,13 @@ ZS_INLINE void chain_gradient(const zs_block_arguments *x, joint_numbers c, join
       join_slopes(t, load_point(x, chain, i), links, count, c, rise, slope);
     }
   }
-  for (size_t i = 0; i < x->n; i += ZS_LANES)
-    store_slopes(x, chain, &so_far[i / ZS_LANES], i);
+  for (size_t i = 0; i < x->n; i += ZS_WIDTH)
+    store_slopes(x, chain, &so_far[i / ZS_WIDTH], i);
 }
 
 /* ---- Bounds --------------------------------------------------------------------------------- */
 
-static zs_intervals link_range(const zs_link *link, const zs_bounds *const in[3],
+static zs_intervals link_range(const zs_link *link, const zs_bounds *const in[3], unsigned part,
                                const zs_frame *frame)
 {
   const zs_primitive *p = link->primitive;
@@ -293,7 +293,7 @@ static zs_intervals link_range(const zs_link *link, const zs_bounds *const in[3]
   switch (link->shape) {
 #define CASE(SHAPE, NAME) \
   case ZS_PRIMITIVE_##SHAPE: \
-    range = shape_range(p, in, frame, NAME, NAME##_parameters(p->parameter)); \
+    range = shape_range(p, in, part, frame, NAME, NAME##_parameters(p->parameter)); \
     break;
     SHAPES(CASE)
 #undef CASE
@@ -303,8 +303,8 @@ static zs_intervals link_range(const zs_link *link, const zs_bounds *const in[3]
   return link->negated ? zs_intervals_negate(range) : range;
 }
 
-ZS_INLINE void chain_bounds(const zs_bounds_arguments *x, joint_numbers c, zs_demand inputs,
-                            joint_profile *rise)
+ZS_INLINE void chain_bounds(const zs_bounds_arguments *x, unsigned part, joint_numbers c,
+                            zs_demand inputs, joint_profile *rise)
 {
   enum { AHEAD = 8 /* links from fetching a primitive to using it */ };
   static const zs_choice link_alone = {.copy = {0, 0xffff}, .sign = {0, 0xffff}};
@@ -312,23 +312,24 @@ ZS_INLINE void chain_bounds(const zs_bounds_arguments *x, joint_numbers c, zs_de
   const zs_frame *frame = chain->root ? x->frame : NULL;
   zs_intervals f = {zs_lanes_all(NAN), zs_lanes_all(NAN)};
   if (!chain->begins)
-    f = zs_intervals_load(x->in[ZS_CHAIN_SO_FAR]);
+    f = zs_intervals_load(x->in[ZS_CHAIN_SO_FAR], part);
   for (uint32_t i = 0; i < chain->count; i++) {
     __builtin_prefetch(chain->links[i + AHEAD < chain->count ? i + AHEAD : i].primitive);
-    const zs_intervals link = link_range(&chain->links[i], x->in, frame);
+    const zs_intervals link = link_range(&chain->links[i], x->in, part, frame);
+    zs_choice *choice = &x->links[i];
     if (!i && chain->begins) {
       f = link;
-      x->links[i] = link_alone;
+      *choice = link_alone;
     } else if (rise == extremum_rise) {
-      f = extremum_range(f, link, c.side > 0, x->demand, &x->links[i]);
+      f = extremum_range(f, link, c.side > 0, x->demand, choice, part);
     } else {
-      f = smooth_range(f, link, c, x->demand, inputs, rise, &x->links[i]);
+      f = smooth_range(f, link, c, x->demand, inputs, rise, choice, part);
     }
   }
-  zs_intervals_store(x->out, f);
+  zs_intervals_store(x->out, part, f);
 }
 
-/* ---- Tables ----------------------------------------------------------------------------------- */
+/* ---- Tables ------------------------------------------------------------------------------- */
 
 #define KERNELS(NAME, DEMAND) \
   static void NAME##_value(const zs_block_arguments *x) \
@@ -343,7 +344,9 @@ ZS_INLINE void chain_bounds(const zs_bounds_arguments *x, joint_numbers c, zs_de
   static void NAME##_bounds(const zs_bounds_arguments *x) \
   { \
     const zs_blend *blend = &((const zs_chain *)x->data)->blend; \
-    chain_bounds(x, NAME##_numbers(blend), DEMAND, NAME##_rise); \
+    const zs_demand inputs = DEMAND; \
+    ZS_FOR_PARTS(part) \
+      chain_bounds(x, part, NAME##_numbers(blend), inputs, NAME##_rise); \
   }
 #define SMOOTH_KERNELS(NAME) KERNELS(NAME, zs_smooth_##NAME.demand(blend, x->demand))
 KERNELS(extremum, x->demand)

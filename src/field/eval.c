@@ -217,7 +217,8 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
   if (can_shorten)
     zs_shortener_list(shortener, program->instructions, program->count, eval->choices, eval->links,
                       lanes, request);
-  const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] = (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional;
+  const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] =
+    (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional;
   for (unsigned l = 0; l < ZS_LANES; l++) {
     if (!(lanes >> l & 1))
       continue;

@@ -1,4 +1,4 @@
-/* Maxima, minima and their smoothed forms, sixteen at a time: what the kernels of
+/* Maxima, minima and their smoothed forms, a vector at a time: what the kernels of
  * joints and of chains are made of.  For *.kernel.c files only. */
 #ifndef ZS_JOINT_H
 #define ZS_JOINT_H
@@ -131,40 +131,47 @@ static inline joint_weights joint_weights_of(zs_lanes_mask a_first, zs_lanes slo
 /* ---- Bounds -----------------------------------------------------------------------
  *
  * Of joints of a and b, with what can be left out.  `result` and `inputs` say where
- * those matter; an operand can be dropped where it always loses, where it loses
- * whenever it matters, and where the other one is beyond what matters by itself. */
+ * those matter. */
 
-ZS_INLINE zs_intervals extremum_range(zs_intervals a, zs_intervals b, bool maximum, zs_demand result,
-                                   zs_choice *choice)
+/* An operand does as well where the other one loses whenever it matters, and where it
+ * is beyond what matters by itself. */
+static inline void choose_by_sign(zs_choice *choice, unsigned part, zs_intervals a, zs_intervals b,
+                                  bool is_union, zs_demand result, zs_demand inputs)
 {
-  const zs_lanes below = zs_lanes_all(-result.below), above = zs_lanes_all(result.above);
   const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
-  choice->copy[0] = zs_lanes_bits(both & (maximum ? b.hi < a.lo : a.hi < b.lo));
-  choice->copy[1] = zs_lanes_bits(both & (maximum ? a.hi < b.lo : b.hi < a.lo));
-  choice->sign[0] = zs_lanes_bits(
-    both & (maximum ? (b.hi < below) | (a.lo > above) : (b.lo > above) | (a.hi < below)));
-  choice->sign[1] = zs_lanes_bits(
-    both & (maximum ? (a.hi < below) | (b.lo > above) : (a.lo > above) | (b.hi < below)));
+  const zs_lanes below = zs_lanes_all(-inputs.below), above = zs_lanes_all(inputs.above);
+  const zs_lanes least = zs_lanes_all(-result.below), most = zs_lanes_all(result.above);
+  const zs_lanes_mask a_idle = is_union ? a.hi < below : a.lo > above;
+  const zs_lanes_mask b_idle = is_union ? b.hi < below : b.lo > above;
+  const zs_lanes_mask a_decides = is_union ? a.lo > most : a.hi < least;
+  const zs_lanes_mask b_decides = is_union ? b.lo > most : b.hi < least;
+  zs_set_bits(&choice->sign[0], part, both & (b_idle | a_decides));
+  zs_set_bits(&choice->sign[1], part, both & (a_idle | b_decides));
+}
+
+ZS_INLINE zs_intervals extremum_range(zs_intervals a, zs_intervals b, bool maximum,
+                                      zs_demand result, zs_choice *choice, unsigned part)
+{
+  const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
+  zs_set_bits(&choice->copy[0], part, both & (maximum ? b.hi < a.lo : a.hi < b.lo));
+  zs_set_bits(&choice->copy[1], part, both & (maximum ? a.hi < b.lo : b.hi < a.lo));
+  choose_by_sign(choice, part, a, b, maximum, result, result);
   return maximum ? zs_intervals_maximum(a, b) : zs_intervals_minimum(a, b);
 }
 
 /* Smooth joints grow with both operands. */
-ZS_INLINE zs_intervals smooth_range(zs_intervals a, zs_intervals b, joint_numbers c, zs_demand result,
-                                 zs_demand inputs, joint_profile *rise, zs_choice *choice)
+ZS_INLINE zs_intervals smooth_range(zs_intervals a, zs_intervals b, joint_numbers c,
+                                    zs_demand result, zs_demand inputs, joint_profile *rise,
+                                    zs_choice *choice, unsigned part)
 {
   const bool is_union = c.side > 0;
   const zs_lanes reach = zs_lanes_all(c.k);
   const zs_lanes_mask both = zs_intervals_known(a) & zs_intervals_known(b);
   const zs_lanes_mask a_copied = both & (is_union ? a.lo - b.hi >= reach : b.lo - a.hi >= reach);
   const zs_lanes_mask b_copied = both & (is_union ? b.lo - a.hi >= reach : a.lo - b.hi >= reach);
-  const zs_lanes below = zs_lanes_all(-inputs.below), above = zs_lanes_all(inputs.above);
-  const zs_lanes least = zs_lanes_all(-result.below), most = zs_lanes_all(result.above);
-  choice->copy[0] = zs_lanes_bits(a_copied);
-  choice->copy[1] = zs_lanes_bits(b_copied);
-  choice->sign[0] = zs_lanes_bits(
-    both & (is_union ? (b.hi < below) | (a.lo > most) : (b.lo > above) | (a.hi < least)));
-  choice->sign[1] = zs_lanes_bits(
-    both & (is_union ? (a.hi < below) | (b.lo > most) : (a.lo > above) | (b.hi < least)));
+  zs_set_bits(&choice->copy[0], part, a_copied);
+  zs_set_bits(&choice->copy[1], part, b_copied);
+  choose_by_sign(choice, part, a, b, is_union, result, inputs);
   const zs_lanes side = zs_lanes_all(c.side), slack = zs_lanes_all(4 * JOINT_UNIT * c.k);
   const zs_lanes lo_rise = side * rise(zs_lanes_absolute(a.lo - b.lo), c);
   const zs_lanes hi_rise = side * rise(zs_lanes_absolute(a.hi - b.hi), c);

@@ -1,7 +1,7 @@
-/* Sixteen boxes, or points of a block, at once: explicit vectors, since loops
- * over sixteen lanes are unrolled by compilers before they could become one
- * vector operation, and longer ones become vector operations only as long as
- * they are simple. */
+/* Boxes, or points of a block, as many at once as fill the widest vector of the
+ * instruction set: explicit vectors, since loops over a few lanes are unrolled by
+ * compilers before they could become one vector operation, and longer ones become
+ * vector operations only as long as they are simple.  For *.kernel.c files only. */
 #ifndef ZS_LANES_H
 #define ZS_LANES_H
 
@@ -17,12 +17,33 @@
  * one loop. */
 #define ZS_INLINE __attribute__((always_inline)) static inline
 
-typedef float zs_lanes __attribute__((vector_size(4 * ZS_LANES), may_alias));
-typedef int32_t zs_lanes_mask __attribute__((vector_size(4 * ZS_LANES))); /* by lane 0 or -1 */
+#if defined __AVX512F__
+#define ZS_WIDTH 16
+#elif defined __AVX__
+#define ZS_WIDTH 8
+#else
+#define ZS_WIDTH 4
+#endif
+
+typedef float zs_lanes __attribute__((vector_size(4 * ZS_WIDTH), may_alias));
+typedef int32_t zs_lanes_mask __attribute__((vector_size(4 * ZS_WIDTH))); /* by lane 0 or -1 */
+
+/* The ZS_LANES boxes of a pass, and the samples of a lattice's row, are done part by
+ * part: `part` is the first lane of each. */
+#define ZS_FOR_PARTS(part) for (unsigned part = 0; part < ZS_LANES; part += ZS_WIDTH)
 
 static inline zs_lanes zs_lanes_all(float x)
 {
-  return (zs_lanes){x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x};
+  return x - (zs_lanes){0};
+}
+
+/* 0, 1, 2 ... */
+static inline zs_lanes zs_lanes_ascending(void)
+{
+  zs_lanes a;
+  for (int l = 0; l < ZS_WIDTH; l++)
+    a[l] = (float)l;
+  return a;
 }
 
 static inline zs_lanes zs_lanes_select(zs_lanes_mask mask, zs_lanes yes, zs_lanes no)
@@ -56,21 +77,11 @@ static inline zs_lanes zs_lanes_square_root(zs_lanes a)
 #if defined __AVX512F__
   return (zs_lanes)_mm512_sqrt_ps((__m512)a);
 #elif defined __AVX__
-  __m256 half[2];
-  memcpy(half, &a, sizeof a);
-  half[0] = _mm256_sqrt_ps(half[0]);
-  half[1] = _mm256_sqrt_ps(half[1]);
-  memcpy(&a, half, sizeof a);
-  return a;
+  return (zs_lanes)_mm256_sqrt_ps((__m256)a);
 #elif defined __SSE2__
-  __m128 quarter[4];
-  memcpy(quarter, &a, sizeof a);
-  for (int i = 0; i < 4; i++)
-    quarter[i] = _mm_sqrt_ps(quarter[i]);
-  memcpy(&a, quarter, sizeof a);
-  return a;
+  return (zs_lanes)_mm_sqrt_ps((__m128)a);
 #else
-  for (unsigned l = 0; l < ZS_LANES; l++)
+  for (int l = 0; l < ZS_WIDTH; l++)
     a[l] = sqrtf(a[l]);
   return a;
 #endif
@@ -82,20 +93,13 @@ static inline zs_lanes zs_lanes_multiply_add(zs_lanes a, zs_lanes b, zs_lanes c)
 #if defined __AVX512F__
   return (zs_lanes)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
 #elif defined __FMA__
-  __m256 p[2], q[2], r[2];
-  memcpy(p, &a, sizeof a);
-  memcpy(q, &b, sizeof b);
-  memcpy(r, &c, sizeof c);
-  for (int i = 0; i < 2; i++)
-    r[i] = _mm256_fmadd_ps(p[i], q[i], r[i]);
-  memcpy(&c, r, sizeof c);
-  return c;
+  return (zs_lanes)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
 #else
   return a * b + c;
 #endif
 }
 
-/* Blocks are aligned to whole lanes. */
+/* Blocks and bounds are aligned to whole vectors. */
 static inline zs_lanes zs_lanes_load(const float *from)
 {
   return *(const zs_lanes *)(const void *)from;
@@ -111,40 +115,42 @@ static inline uint16_t zs_lanes_bits(zs_lanes_mask mask)
 {
 #if defined __AVX512DQ__
   return _mm512_movepi32_mask((__m512i)mask);
+#elif defined __AVX__
+  return (uint16_t)_mm256_movemask_ps((__m256)mask);
 #elif defined __SSE2__
-  __m128 quarter[4];
-  memcpy(quarter, &mask, sizeof mask);
-  return (uint16_t)(_mm_movemask_ps(quarter[0]) | _mm_movemask_ps(quarter[1]) << 4 |
-                    _mm_movemask_ps(quarter[2]) << 8 | _mm_movemask_ps(quarter[3]) << 12);
+  return (uint16_t)_mm_movemask_ps((__m128)mask);
 #else
   unsigned bits = 0;
-  for (unsigned l = 0; l < ZS_LANES; l++)
+  for (unsigned l = 0; l < ZS_WIDTH; l++)
     bits |= (unsigned)(mask[l] & 1) << l;
   return (uint16_t)bits;
 #endif
 }
 
+/* Set the bits of a part, the first of which forgets what was there. */
+static inline void zs_set_bits(uint16_t *bits, unsigned part, zs_lanes_mask mask)
+{
+  *bits = (uint16_t)((part ? *bits : 0) | zs_lanes_bits(mask) << part);
+}
+
 /* ---- Intervals ----------------------------------------------------------------
  *
- * The rules of interval.h, sixteen at a time: NaN means unknown and stays
+ * The rules of interval.h, a vector at a time: NaN means unknown and stays
  * unknown, and ends are rounded outward. */
 
 typedef struct zs_intervals {
   zs_lanes lo, hi;
 } zs_intervals;
 
-static inline zs_intervals zs_intervals_load(const zs_bounds *bounds)
+static inline zs_intervals zs_intervals_load(const zs_bounds *bounds, unsigned part)
 {
-  zs_intervals a;
-  memcpy(&a.lo, bounds->lo, sizeof a.lo);
-  memcpy(&a.hi, bounds->hi, sizeof a.hi);
-  return a;
+  return (zs_intervals){zs_lanes_load(bounds->lo + part), zs_lanes_load(bounds->hi + part)};
 }
 
-static inline void zs_intervals_store(zs_bounds *bounds, zs_intervals a)
+static inline void zs_intervals_store(zs_bounds *bounds, unsigned part, zs_intervals a)
 {
-  memcpy(bounds->lo, &a.lo, sizeof a.lo);
-  memcpy(bounds->hi, &a.hi, sizeof a.hi);
+  zs_lanes_store(bounds->lo + part, a.lo);
+  zs_lanes_store(bounds->hi + part, a.hi);
 }
 
 /* Unknown where not lo <= hi, or where the mask is not set. */

@@ -2,12 +2,12 @@
  * instruction set. */
 #include "field/shape.h"
 
-ZS_INLINE void fill_values(const zs_block_arguments *x, const shape_map *m, mapping *at, shape *distance,
-                        shape_numbers s)
+ZS_INLINE void fill_values(const zs_block_arguments *x, const shape_map *m, mapping *at,
+                           shape *distance, shape_numbers s)
 {
   const float *u = x->in[0], *v = x->in[1], *w = x->in[2];
   float *out = x->out;
-  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES)
+  for (size_t i = 0, n = x->n; i < n; i += ZS_WIDTH)
     zs_lanes_store(out + i, s.r - distance(at(m, zs_lanes_load(u + i), zs_lanes_load(v + i),
                                               zs_lanes_load(w + i)),
                                            s));
@@ -27,12 +27,12 @@ ZS_INLINE void values(const zs_block_arguments *x, const zs_frame *frame, shape 
     fill_values(x, &m, perspective, distance, s);
 }
 
-ZS_INLINE void fill_gradients(const zs_block_arguments *x, const shape_map *m, mapping *where, shape *distance,
-                           shape_gradient *slope, shape_numbers s, bool root)
+ZS_INLINE void fill_gradients(const zs_block_arguments *x, const shape_map *m, mapping *where,
+                              shape *distance, shape_gradient *slope, shape_numbers s, bool root)
 {
   const float *u = x->in[0], *v = x->in[1], *w = x->in[2];
   float *out = x->out;
-  for (size_t i = 0, n = x->n; i < n; i += ZS_LANES) {
+  for (size_t i = 0, n = x->n; i < n; i += ZS_WIDTH) {
     const shape_point at =
       where(m, zs_lanes_load(u + i), zs_lanes_load(v + i), zs_lanes_load(w + i));
     const zs_lanes value = s.r - distance(at, s);
@@ -83,8 +83,9 @@ ZS_INLINE void gradients(const zs_block_arguments *x, const zs_frame *frame, sha
   static void NAME##FORM##_bounds(const zs_bounds_arguments *x) \
   { \
     const zs_primitive *p = x->data; \
-    zs_intervals_store(x->out, \
-                       shape_range(p, x->in, FRAME, NAME, NAME##_parameters(p->parameter))); \
+    ZS_FOR_PARTS(part) \
+      zs_intervals_store(x->out, part, shape_range(p, x->in, part, FRAME, NAME, \
+                                                   NAME##_parameters(p->parameter))); \
   }
 #define BOTH_KERNELS(NAME) KERNELS(NAME, _registers, NULL) KERNELS(NAME, _root, x->frame)
 BOTH_KERNELS(ball)
@@ -95,7 +96,8 @@ BOTH_KERNELS(torus)
 BOTH_KERNELS(capsule)
 
 #define TABLE(SHAPE, NAME) \
-  [ZS_PRIMITIVE_##SHAPE] = {{NAME##_registers_value, NAME##_registers_gradient, NAME##_registers_bounds}, \
+  [ZS_PRIMITIVE_##SHAPE] = {{NAME##_registers_value, NAME##_registers_gradient, \
+                             NAME##_registers_bounds}, \
                             {NAME##_root_value, NAME##_root_gradient, NAME##_root_bounds}},
 
 const zs_primitive_table ZS_KERNELS(zs_primitive_kernels) = {

@@ -34,7 +34,8 @@ static inline zs_row zs_row_of_registers(const double row[4])
 
 /* Bounds of a row over boxes of its inputs: each input appears once, so the
  * range is exact but for rounding, whose size is that of the largest terms. */
-static inline zs_intervals zs_row_bounds(zs_row row, const zs_bounds *const in[3])
+static inline zs_intervals zs_row_bounds(zs_row row, const zs_bounds *const in[3],
+                                         unsigned part)
 {
   const zs_lanes slack = zs_lanes_all(4 * 1.2e-7f);
   zs_intervals sum = {zs_lanes_all(row.constant), zs_lanes_all(row.constant)};
@@ -42,7 +43,7 @@ static inline zs_intervals zs_row_bounds(zs_row row, const zs_bounds *const in[3
   for (int j = 0; j < 3; j++) {
     if (row.k[j] == 0) /* the input may be infinite */
       continue;
-    const zs_intervals a = zs_intervals_load(in[j]);
+    const zs_intervals a = zs_intervals_load(in[j], part);
     const zs_lanes k = zs_lanes_all(row.k[j]), p = k * a.lo, q = k * a.hi;
     sum.lo += row.k[j] > 0 ? p : q;
     sum.hi += row.k[j] > 0 ? q : p;
@@ -52,16 +53,18 @@ static inline zs_intervals zs_row_bounds(zs_row row, const zs_bounds *const in[3
 }
 
 /* The same in perspective. */
-static inline zs_intervals zs_row_perspective_bounds(zs_row row, const zs_bounds *const in[3])
+static inline zs_intervals zs_row_perspective_bounds(zs_row row, const zs_bounds *const in[3],
+                                                     unsigned part)
 {
   const zs_lanes constant = zs_lanes_all(row.constant), slack = zs_lanes_all(2.4e-7f);
-  const zs_intervals direction = zs_row_bounds((zs_row){row.k[2], {row.k[0], row.k[1], 0}}, in);
-  const zs_intervals along = zs_intervals_multiply(direction, zs_intervals_load(in[2]));
+  const zs_intervals direction =
+    zs_row_bounds((zs_row){row.k[2], {row.k[0], row.k[1], 0}}, in, part);
+  const zs_intervals along = zs_intervals_multiply(direction, zs_intervals_load(in[2], part));
   const zs_lanes size =
     zs_lanes_absolute(constant) +
     zs_lanes_larger(zs_lanes_absolute(along.lo), zs_lanes_absolute(along.hi));
-  return zs_intervals_checked(constant + along.lo - slack * size, constant + along.hi + slack * size,
-                              zs_intervals_known(along));
+  return zs_intervals_checked(constant + along.lo - slack * size,
+                              constant + along.hi + slack * size, zs_intervals_known(along));
 }
 
 #endif

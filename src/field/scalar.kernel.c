@@ -308,7 +308,7 @@ static zs_interval arc(zs_interval a, float at_lo, float at_hi)
   return a.lo >= -1 && a.hi <= 1 ? monotone(a, at_lo, at_hi, ELEMENTARY) : zs_interval_unknown();
 }
 
-/* Those that are worth sixteen lanes at a time ... */
+/* Those that are worth a vector at a time ... */
 #define BINARY_LANES(F) \
   F(ADD, zs_intervals_add(a, b)) \
   F(SUBTRACT, zs_intervals_subtract(a, b)) \
@@ -362,26 +362,39 @@ static zs_intervals constant_intervals(const void *data)
 #define BINARY_LANES_KERNELS(NAME, BOUNDS) \
   static void NAME##_bounds_0(const zs_bounds_arguments *x) \
   { \
-    const zs_intervals a = zs_intervals_load(x->in[0]), b = zs_intervals_load(x->in[1]); \
-    zs_intervals_store(x->out, BOUNDS); \
+    ZS_FOR_PARTS(part) \
+    { \
+      const zs_intervals a = zs_intervals_load(x->in[0], part); \
+      const zs_intervals b = zs_intervals_load(x->in[1], part); \
+      zs_intervals_store(x->out, part, BOUNDS); \
+    } \
   } \
   static void NAME##_bounds_1(const zs_bounds_arguments *x) \
   { \
-    const zs_intervals a = zs_intervals_load(x->in[0]), b = constant_intervals(x->data); \
-    zs_intervals_store(x->out, BOUNDS); \
+    ZS_FOR_PARTS(part) \
+    { \
+      const zs_intervals a = zs_intervals_load(x->in[0], part), b = constant_intervals(x->data); \
+      zs_intervals_store(x->out, part, BOUNDS); \
+    } \
   } \
   static void NAME##_bounds_2(const zs_bounds_arguments *x) \
   { \
-    const zs_intervals a = constant_intervals(x->data), b = zs_intervals_load(x->in[0]); \
-    zs_intervals_store(x->out, BOUNDS); \
+    ZS_FOR_PARTS(part) \
+    { \
+      const zs_intervals a = constant_intervals(x->data), b = zs_intervals_load(x->in[0], part); \
+      zs_intervals_store(x->out, part, BOUNDS); \
+    } \
   }
 BINARY_LANES(BINARY_LANES_KERNELS)
 
 #define UNARY_LANES_KERNELS(NAME, BOUNDS) \
   static void NAME##_bounds(const zs_bounds_arguments *x) \
   { \
-    const zs_intervals a = zs_intervals_load(x->in[0]); \
-    zs_intervals_store(x->out, BOUNDS); \
+    ZS_FOR_PARTS(part) \
+    { \
+      const zs_intervals a = zs_intervals_load(x->in[0], part); \
+      zs_intervals_store(x->out, part, BOUNDS); \
+    } \
   }
 UNARY_LANES(UNARY_LANES_KERNELS)
 
@@ -438,16 +451,9 @@ static inline zs_lanes_mask meets_peak(zs_intervals a, zs_lanes slack, float pea
   return below >= above;
 }
 
-/* Sine and cosine; `value` is their block kernel. */
-static void periodic_bounds(const zs_bounds_arguments *x,
-                            void (*value)(const zs_block_arguments *), float peak)
+/* Of sine and cosine, from their values at the ends. */
+static zs_intervals periodic_range(zs_intervals a, zs_intervals e, float peak)
 {
-  zs_bounds at_ends;
-  const zs_block_arguments ends = {.n = 2 * ZS_LANES,
-                                   .in = {(const float *)(const void *)x->in[0]},
-                                   .out = (float *)(void *)&at_ends};
-  value(&ends);
-  const zs_intervals a = zs_intervals_load(x->in[0]), e = zs_intervals_load(&at_ends);
   const zs_lanes one = zs_lanes_all(1), farthest = zs_lanes_all(1e5f);
   const zs_lanes size = zs_lanes_absolute(a.lo) + zs_lanes_absolute(a.hi);
   /* Far out single precision no longer tells where in the period it is. */
@@ -461,7 +467,21 @@ static void periodic_bounds(const zs_bounds_arguments *x,
   /* Near a zero the error is relative to the argument, not to the value. */
   const zs_lanes error = zs_lanes_all(1.2e-7f) * (zs_lanes_select(near, size, one) + one) +
                          zs_lanes_all(ELEMENTARY * 1.2e-7f);
-  zs_intervals_store(x->out, zs_intervals_checked(lo - error, hi + error, known));
+  return zs_intervals_checked(lo - error, hi + error, known);
+}
+
+/* `value` is the block kernel. */
+static void periodic_bounds(const zs_bounds_arguments *x,
+                            void (*value)(const zs_block_arguments *), float peak)
+{
+  zs_bounds at_ends;
+  const zs_block_arguments ends = {.n = 2 * ZS_LANES,
+                                   .in = {(const float *)(const void *)x->in[0]},
+                                   .out = (float *)(void *)&at_ends};
+  value(&ends);
+  ZS_FOR_PARTS(part)
+    zs_intervals_store(x->out, part, periodic_range(zs_intervals_load(x->in[0], part),
+                                                    zs_intervals_load(&at_ends, part), peak));
 }
 
 static void SINE_bounds(const zs_bounds_arguments *x)
@@ -477,8 +497,11 @@ static void COSINE_bounds(const zs_bounds_arguments *x)
 /* Minimum and maximum of operands in registers. */
 static inline void extremum(const zs_bounds_arguments *x, bool maximum)
 {
-  zs_intervals_store(x->out, extremum_range(zs_intervals_load(x->in[0]), zs_intervals_load(x->in[1]),
-                                            maximum, x->demand, x->choice));
+  ZS_FOR_PARTS(part)
+    zs_intervals_store(x->out, part,
+                       extremum_range(zs_intervals_load(x->in[0], part),
+                                      zs_intervals_load(x->in[1], part), maximum, x->demand,
+                                      x->choice, part));
 }
 
 static void minimum_bounds(const zs_bounds_arguments *x)
@@ -494,13 +517,18 @@ static void maximum_bounds(const zs_bounds_arguments *x)
 /* Against a constant: only the operand can be a copy. */
 static inline void extremum_constant(const zs_bounds_arguments *x, bool maximum)
 {
-  const zs_intervals a = zs_intervals_load(x->in[0]), c = constant_intervals(x->data);
-  const uint16_t known = zs_lanes_bits(zs_intervals_known(a));
-  x->choice->copy[0] = known & zs_lanes_bits(maximum ? c.hi < a.lo : a.hi < c.lo);
+  const zs_intervals c = constant_intervals(x->data);
   const bool idle = maximum ? c.hi[0] < -x->demand.below : c.lo[0] > x->demand.above;
-  x->choice->sign[0] = idle ? known : 0;
-  zs_intervals_store(x->out,
-                     maximum ? zs_intervals_maximum(a, c) : zs_intervals_minimum(a, c));
+  ZS_FOR_PARTS(part)
+  {
+    const zs_intervals a = zs_intervals_load(x->in[0], part);
+    const zs_lanes_mask known = zs_intervals_known(a);
+    zs_set_bits(&x->choice->copy[0], part, known & (maximum ? c.hi < a.lo : a.hi < c.lo));
+    if (idle)
+      zs_set_bits(&x->choice->sign[0], part, known);
+    zs_intervals_store(x->out, part,
+                       maximum ? zs_intervals_maximum(a, c) : zs_intervals_minimum(a, c));
+  }
 }
 
 static void minimum_constant_bounds(const zs_bounds_arguments *x)
@@ -607,8 +635,10 @@ static void linear_root_gradient(const zs_block_arguments *x)
 static void linear_root_bounds(const zs_bounds_arguments *x)
 {
   zs_row r = zs_row_in_frame(((const zs_linear *)x->data)->row, x->frame);
-  zs_intervals_store(x->out, x->frame->perspective ? zs_row_perspective_bounds(r, x->in)
-                                                   : zs_row_bounds(r, x->in));
+  ZS_FOR_PARTS(part)
+    zs_intervals_store(x->out, part,
+                       x->frame->perspective ? zs_row_perspective_bounds(r, x->in, part)
+                                             : zs_row_bounds(r, x->in, part));
 }
 
 static void linear_registers_value(const zs_block_arguments *x)
@@ -638,7 +668,8 @@ static void linear_registers_gradient(const zs_block_arguments *x)
 static void linear_registers_bounds(const zs_bounds_arguments *x)
 {
   zs_row r = zs_row_of_registers(((const zs_linear *)x->data)->row);
-  zs_intervals_store(x->out, zs_row_bounds(r, x->in));
+  ZS_FOR_PARTS(part)
+    zs_intervals_store(x->out, part, zs_row_bounds(r, x->in, part));
 }
 
 /* ---- Constants -------------------------------------------------------------- */
@@ -658,7 +689,8 @@ static void constant_gradient(const zs_block_arguments *x)
 
 static void constant_bounds(const zs_bounds_arguments *x)
 {
-  zs_intervals_store(x->out, constant_intervals(x->data));
+  ZS_FOR_PARTS(part)
+    zs_intervals_store(x->out, part, constant_intervals(x->data));
 }
 
 const zs_kernels ZS_KERNELS(zs_linear_root_kernels) = {linear_root_value, linear_root_gradient,

@@ -1,4 +1,4 @@
-/* The primitives' values, gradients and bounds, sixteen at a time: what the
+/* The primitives' values, gradients and bounds, a vector at a time: what the
  * kernels of primitives and of chains of them are made of.  For *.kernel.c
  * files only. */
 #ifndef ZS_SHAPE_H
@@ -180,8 +180,9 @@ static inline shape_point cylinder_gradient_at(shape_point at, shape_numbers s)
   const zs_lanes u = length - s.b, w = zs_lanes_absolute(at.z) - s.a;
   const zs_lanes p = positive(u), t = positive(w), d = length2(p, t), scale = reciprocal(d);
   const zs_lanes_mask outside = d > zero, by_u = u >= w;
-  const zs_lanes across = -k * zs_lanes_select(outside, scale * p, zs_lanes_select(by_u, one, zero));
+  const zs_lanes from_axis = zs_lanes_select(outside, scale * p, zs_lanes_select(by_u, one, zero));
   const zs_lanes along = zs_lanes_select(outside, scale * t, zs_lanes_select(by_u, zero, one));
+  const zs_lanes across = -k * from_axis;
   return (shape_point){across * at.x, across * at.y, -signed_like(along, at.z)};
 }
 
@@ -273,7 +274,8 @@ static inline shape_point affine(const shape_map *m, zs_lanes u, zs_lanes v, zs_
                        affine_row(m, 2, u, v, w)};
 }
 
-static inline zs_lanes perspective_row(const shape_map *m, int i, zs_lanes u, zs_lanes v, zs_lanes w)
+static inline zs_lanes perspective_row(const shape_map *m, int i, zs_lanes u, zs_lanes v,
+                                       zs_lanes w)
 {
   return m->constant[i] + w * (m->k[i][2] + u * m->k[i][0] + v * m->k[i][1]);
 }
@@ -330,12 +332,12 @@ static bool is_turned(const zs_row row[3])
 }
 
 /* How far the corners of the boxes are from their middles. */
-static zs_lanes half_diagonal(const zs_bounds *const in[3])
+static zs_lanes half_diagonal(const zs_bounds *const in[3], unsigned part)
 {
   const zs_lanes half = zs_lanes_all(0.5f);
   zs_lanes reach[3];
   for (int k = 0; k < 3; k++) {
-    const zs_intervals a = zs_intervals_load(in[k]);
+    const zs_intervals a = zs_intervals_load(in[k], part);
     reach[k] = half * a.hi - half * a.lo;
   }
   return length3(reach[0], reach[1], reach[2]);
@@ -343,11 +345,12 @@ static zs_lanes half_diagonal(const zs_bounds *const in[3])
 
 /* The primitive's coordinates over the boxes of a matrix that only moves. */
 static inline void moved_bounds(const zs_primitive *primitive, const zs_frame *frame,
-                                const zs_bounds *const in[3], zs_intervals local[3])
+                                const zs_bounds *const in[3], unsigned part,
+                                zs_intervals local[3])
 {
   const zs_lanes slack = zs_lanes_all(4 * 1.2e-7f);
   for (int i = 0; i < 3; i++) {
-    const zs_intervals a = zs_intervals_load(in[i]);
+    const zs_intervals a = zs_intervals_load(in[i], part);
     const zs_lanes offset = zs_lanes_all(offset_of(primitive, frame, i));
     const zs_lanes size = zs_lanes_absolute(offset) +
                           zs_lanes_larger(zs_lanes_absolute(a.lo), zs_lanes_absolute(a.hi));
@@ -372,21 +375,21 @@ ZS_INLINE zs_intervals narrowed(zs_intervals range, const zs_intervals local[3],
 
 /* `frame` is NULL for inputs in registers. */
 ZS_INLINE zs_intervals shape_range(const zs_primitive *primitive, const zs_bounds *const in[3],
-                                   const zs_frame *frame, shape *distance,
+                                   unsigned part, const zs_frame *frame, shape *distance,
                                    shape_parameters parameters)
 {
   const shape_numbers s = numbers_of(parameters);
   zs_intervals local[3], m[3];
   bool turned = false;
   if (is_moved(primitive, frame)) {
-    moved_bounds(primitive, frame, in, local);
+    moved_bounds(primitive, frame, in, part, local);
   } else {
     zs_row row[3];
     find_rows(primitive, frame, row);
     turned = !(frame && frame->perspective) && is_turned(row);
     for (int i = 0; i < 3; i++)
-      local[i] = frame && frame->perspective ? zs_row_perspective_bounds(row[i], in)
-                                             : zs_row_bounds(row[i], in);
+      local[i] = frame && frame->perspective ? zs_row_perspective_bounds(row[i], in, part)
+                                             : zs_row_bounds(row[i], in, part);
   }
   zs_lanes size = zs_lanes_all(parameters.size);
   zs_lanes_mask known = size == size;
@@ -398,8 +401,9 @@ ZS_INLINE zs_intervals shape_range(const zs_primitive *primitive, const zs_bound
   zs_intervals range =
     distance == torus ? torus_range(m, s) : falling_range(m, distance, s);
   if (turned)
-    range = narrowed(range, local, half_diagonal(in) * zs_lanes_all((float)primitive->stretch),
-                     distance, s);
+    range = narrowed(range, local,
+                     half_diagonal(in, part) * zs_lanes_all((float)primitive->stretch), distance,
+                     s);
   /* The errors of the coordinates, and of a dozen roundings on the way. */
   const zs_lanes slack = zs_lanes_all(8 * 1.2e-7f) * size;
   return zs_intervals_checked(range.lo - slack, range.hi + slack, known);

@@ -40,7 +40,7 @@ static inline zs_lanes ones_where(zs_lanes_mask mask)
  * best one are left alone, as along an edge. */
 static const float INFORMATIVE = 0.02f;
 
-/* Sixteen symmetric matrices, and what turns them. */
+/* A vector of symmetric matrices, and what turns them. */
 typedef struct matrices {
   zs_lanes a[3][3]; /* a[i][j] where i <= j */
   zs_lanes v[3][3];
@@ -171,13 +171,13 @@ static inline void add_planes(zs_lanes length, int longest, const vector point[]
   }
 }
 
-/* Sixteen loops from number `at` on. */
-static uint16_t meet_sixteen(zs_loops *loops, unsigned at)
+/* A vector of loops from number `at` on. */
+static uint16_t meet_several(zs_loops *loops, unsigned at)
 {
   vector point[ZS_LONGEST_LOOP], normal[ZS_LONGEST_LOOP];
   const zs_lanes length = zs_lanes_load(loops->length + at);
   int longest = 0;
-  for (unsigned l = 0; l < ZS_LANES; l++)
+  for (unsigned l = 0; l < ZS_WIDTH; l++)
     longest = length[l] > (float)longest ? (int)length[l] : longest;
   load_vertices(loops, at, longest, (const float(*)[3][ZS_LOOPS])loops->normal, normal);
   const zs_lanes_mask sharp = are_sharp((const vector *)normal, longest);
@@ -209,8 +209,8 @@ static uint64_t meet(zs_loops *loops)
   uint64_t found = 0;
   for (unsigned i = loops->count; i % ZS_LANES; i++)
     loops->length[i] = 0;
-  for (unsigned i = 0; i < loops->count; i += ZS_LANES)
-    found |= (uint64_t)meet_sixteen(loops, i) << i;
+  for (unsigned i = 0; i < loops->count; i += ZS_WIDTH)
+    found |= (uint64_t)meet_several(loops, i) << i;
   return loops->count < ZS_LOOPS ? found & ((UINT64_C(1) << loops->count) - 1) : found;
 }
 
@@ -220,7 +220,7 @@ static void find_rooms(zs_settling *s, const zs_room *room)
 {
   for (int k = 0; k < 3; k++) {
     const zs_lanes first = zs_lanes_all(room->first[k]), last = zs_lanes_all(room->last[k]);
-    for (unsigned i = 0; i < s->count; i += ZS_LANES) {
+    for (unsigned i = 0; i < s->count; i += ZS_WIDTH) {
       const zs_lanes corner = room->side[k] * zs_lanes_load(s->corner[k] + i);
       const zs_lanes lo = clamped(corner - room->below[k], first, last);
       const zs_lanes hi = clamped(corner + room->above[k], first, last);
@@ -233,7 +233,7 @@ static void find_rooms(zs_settling *s, const zs_room *room)
 
 static void end_lines(zs_settling *s, float reach)
 {
-  for (unsigned i = 0; i < s->count; i += ZS_LANES) {
+  for (unsigned i = 0; i < s->count; i += ZS_WIDTH) {
     const zs_lanes side =
       zs_lanes_select(zs_lanes_load(s->f_from + i) >= 0, zs_lanes_all(1), zs_lanes_all(-1));
     vector from, step, lo, hi, to;

@@ -10,7 +10,7 @@ static inline zs_lanes clamped(zs_lanes a, zs_lanes lo, zs_lanes hi)
   return zs_lanes_smaller(zs_lanes_larger(a, lo), hi);
 }
 
-/* A length in units of that of sixteen lines, at most a quarter. */
+/* A length in units of that of a vector of lines, at most a quarter. */
 static inline zs_lanes relative(float length, const zs_roots *r, unsigned i)
 {
   zs_lanes square = zs_lanes_all(0);
@@ -31,9 +31,9 @@ static inline zs_lanes line_root(zs_lanes low, zs_lanes width, zs_lanes f_low, z
 
 static void begin(zs_roots *r, float tolerance)
 {
-  static const zs_lanes lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const zs_lanes lane = zs_lanes_ascending();
   zs_brackets *b = &r->brackets;
-  for (unsigned i = 0; i < r->count; i += ZS_LANES) {
+  for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
     for (int k = 0; k < 3; k++) {
       zs_lanes_store(b->from[k] + i, zs_lanes_load(r->from[k] + i));
       zs_lanes_store(b->along[k] + i, zs_lanes_load(r->along[k] + i));
@@ -50,7 +50,7 @@ static void begin(zs_roots *r, float tolerance)
     zs_lanes_store(b->side + i, zs_lanes_all(0));
     zs_lanes_store(b->tolerance + i, relative(tolerance / 2, r, i));
     zs_lanes_store(b->root + i, line_root(low, width, f_low, f_high));
-    for (unsigned l = 0; l < ZS_LANES; l++)
+    for (unsigned l = 0; l < ZS_WIDTH; l++)
       r->line[i + l] = (uint16_t)(i + l);
   }
 }
@@ -58,7 +58,7 @@ static void begin(zs_roots *r, float tolerance)
 static void look(zs_roots *r, float reach)
 {
   zs_brackets *b = &r->brackets;
-  for (unsigned i = 0; i < r->pending; i += ZS_LANES) {
+  for (unsigned i = 0; i < r->pending; i += ZS_WIDTH) {
     const zs_lanes low = zs_lanes_load(b->low + i), width = zs_lanes_load(b->width + i);
     const zs_lanes tolerance = zs_lanes_load(b->tolerance + i);
     const zs_lanes middle = low + width / 2;
@@ -88,7 +88,7 @@ static unsigned narrow(zs_roots *r)
 {
   zs_brackets *b = &r->brackets;
   unsigned open = 0;
-  for (unsigned i = 0; i < r->pending; i += ZS_LANES) {
+  for (unsigned i = 0; i < r->pending; i += ZS_WIDTH) {
     const zs_lanes t = zs_lanes_load(b->next + i), f = zs_lanes_load(r->f + i);
     const zs_lanes f_low = zs_lanes_load(b->f_low + i), f_high = zs_lanes_load(b->f_high + i);
     const zs_lanes old_low = zs_lanes_load(b->low + i);
@@ -117,7 +117,7 @@ static unsigned narrow(zs_roots *r)
 
 static void finish(zs_roots *r, float tolerance, float least)
 {
-  for (unsigned i = 0; i < r->count; i += ZS_LANES) {
+  for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
     const zs_lanes end = relative(least, r, i);
     const zs_lanes t = clamped(zs_lanes_load(r->t + i), end, 1 - end);
     const zs_lanes inside =

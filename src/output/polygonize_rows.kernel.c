@@ -8,7 +8,8 @@ extern const zs_row_kernels ZS_KERNELS(zs_row_kernels);
 static void find_signs(const float f[ZS_BRICK_CORNERS], zs_row_bits signs)
 {
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    signs[row] = zs_lanes_bits(zs_lanes_load(f + row * ZS_BRICK) >= 0);
+    ZS_FOR_PARTS(part)
+      zs_set_bits(&signs[row], part, zs_lanes_load(f + row * ZS_BRICK + part) >= 0);
 }
 
 static unsigned find_inner(const zs_row_bits signs, const zs_row_bits real,
@@ -63,23 +64,29 @@ static inline zs_lanes step_between(zs_lanes a, zs_lanes b)
 static void find_close(const float *f, const zs_row_bits crossing[3], const float per_cell[3],
                        float limit, zs_row_bits close)
 {
-  static const zs_lanes has_lower = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
-                        has_upper = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
+  const zs_lanes one = zs_lanes_all(1), zero = zs_lanes_all(0);
   const float wx = limit * per_cell[0], wy = limit * per_cell[1], wz = limit * per_cell[2];
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
     const unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
-    const float *at = f + row * ZS_BRICK;
-    const zs_lanes v = zs_lanes_load(at);
-    const zs_lanes y0 = zs_lanes_load(y ? at - ZS_BRICK : at);
-    const zs_lanes y1 = zs_lanes_load(y + 1 < ZS_BRICK ? at + ZS_BRICK : at);
-    const zs_lanes z0 = zs_lanes_load(z ? at - ZS_BRICK_ROWS : at);
-    const zs_lanes z1 = zs_lanes_load(z + 1 < ZS_BRICK ? at + ZS_BRICK_ROWS : at);
-    const zs_lanes dx = wx * zs_lanes_larger(has_lower * step_between(load_anywhere(at - 1), v),
-                                             has_upper * step_between(load_anywhere(at + 1), v));
-    const zs_lanes dy = wy * zs_lanes_larger(step_between(y0, v), step_between(y1, v));
-    const zs_lanes dz = wz * zs_lanes_larger(step_between(z0, v), step_between(z1, v));
-    const unsigned bits = zs_lanes_bits(v * v < dx * dx + dy * dy + dz * dz);
-    close[row] = (uint16_t)(bits & with_edges(crossing, row));
+    ZS_FOR_PARTS(part)
+    {
+      const zs_lanes column = zs_lanes_ascending() + (float)part;
+      const zs_lanes has_lower = zs_lanes_select(column > 0, one, zero);
+      const zs_lanes has_upper = zs_lanes_select(column < ZS_BRICK - 1, one, zero);
+      const float *at = f + row * ZS_BRICK + part;
+      const zs_lanes v = zs_lanes_load(at);
+      const zs_lanes y0 = zs_lanes_load(y ? at - ZS_BRICK : at);
+      const zs_lanes y1 = zs_lanes_load(y + 1 < ZS_BRICK ? at + ZS_BRICK : at);
+      const zs_lanes z0 = zs_lanes_load(z ? at - ZS_BRICK_ROWS : at);
+      const zs_lanes z1 = zs_lanes_load(z + 1 < ZS_BRICK ? at + ZS_BRICK_ROWS : at);
+      const zs_lanes dx =
+        wx * zs_lanes_larger(has_lower * step_between(load_anywhere(at - 1), v),
+                             has_upper * step_between(load_anywhere(at + 1), v));
+      const zs_lanes dy = wy * zs_lanes_larger(step_between(y0, v), step_between(y1, v));
+      const zs_lanes dz = wz * zs_lanes_larger(step_between(z0, v), step_between(z1, v));
+      zs_set_bits(&close[row], part, v * v < dx * dx + dy * dy + dz * dz);
+    }
+    close[row] &= (uint16_t)with_edges(crossing, row);
   }
 }
 
@@ -101,7 +108,7 @@ static inline void load_gradient(const float gradient[3][ZS_BLOCK], unsigned i, 
 static void find_steps(unsigned n, const float *f, const float gradient[3][ZS_BLOCK], float reach,
                        float *step)
 {
-  for (unsigned i = 0; i < n; i += ZS_LANES) {
+  for (unsigned i = 0; i < n; i += ZS_WIDTH) {
     zs_lanes g[3];
     load_gradient(gradient, i, g);
     const zs_lanes v = zs_lanes_load(f + i), slope = length_of(g);
@@ -155,9 +162,9 @@ static void find_cells(const zs_brick_rows rows, zs_row_bits cells)
 
 static void find_lines(unsigned n, const uint16_t *edges, const double cell[3], zs_roots *roots)
 {
-  for (unsigned i = 0; i < n; i += ZS_LANES) {
+  for (unsigned i = 0; i < n; i += ZS_WIDTH) {
     zs_lanes_mask edge;
-    for (unsigned l = 0; l < ZS_LANES; l++)
+    for (unsigned l = 0; l < ZS_WIDTH; l++)
       edge[l] = edges[i + l];
     const zs_lanes_mask axis = edge >> ZS_EDGE_AXIS & 3;
     const zs_lanes_mask inside = (edge >> ZS_EDGE_INSIDE & 1) != 0;
@@ -174,7 +181,7 @@ static void find_lines(unsigned n, const uint16_t *edges, const double cell[3], 
 
 static void find_normals(unsigned n, float gradient[3][ZS_BLOCK])
 {
-  for (unsigned i = 0; i < n; i += ZS_LANES) {
+  for (unsigned i = 0; i < n; i += ZS_WIDTH) {
     zs_lanes g[3];
     load_gradient((const float(*)[ZS_BLOCK])gradient, i, g);
     const zs_lanes length = length_of(g);
@@ -203,7 +210,7 @@ static inline void extend(lane_boxes *boxes, const zs_lanes normal[3], zs_lanes_
 static void join(const lane_boxes *boxes, zs_normal_box *box)
 {
   for (int k = 0; k < 3; k++)
-    for (unsigned l = 0; l < ZS_LANES; l++) {
+    for (unsigned l = 0; l < ZS_WIDTH; l++) {
       const float lo = boxes->lo[k][l], hi = boxes->hi[k][l];
       box->lo[k] = lo < box->lo[k] ? lo : box->lo[k];
       box->hi[k] = hi > box->hi[k] ? hi : box->hi[k];
@@ -221,11 +228,11 @@ static void hold_normals(unsigned n, const float normal[3][ZS_BLOCK], const uint
       boxes[b].lo[k] = zs_lanes_all(INFINITY);
       boxes[b].hi[k] = zs_lanes_all(-INFINITY);
     }
-  for (unsigned i = 0; i < n; i += ZS_LANES) {
+  for (unsigned i = 0; i < n; i += ZS_WIDTH) {
     zs_lanes v[3];
     zs_lanes_mask edge, there;
     load_gradient(normal, i, v);
-    for (unsigned l = 0; l < ZS_LANES; l++) {
+    for (unsigned l = 0; l < ZS_WIDTH; l++) {
       edge[l] = edges[i + l];
       there[l] = i + l < n ? -1 : 0;
     }
