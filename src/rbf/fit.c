@@ -16,6 +16,9 @@ static const double TOLERANCE = 1e-6, USELESS = 1e-4;
  * cannot be met by iterations is tried directly up to so many constraints. */
 enum { DIRECT = 700, DIRECT_AT_MOST = 20000 };
 
+/* So few constraints are done by one thread before others are awake. */
+enum { ONE_THREAD = 2000 };
+
 /* A fit being made. */
 typedef struct fitter {
   const zs_rbf_problem *problem;
@@ -232,7 +235,9 @@ static bool run(fitter *f)
                                      .smoothing = problem->smoothing,
                                      .count = rbf->count,
                                      .points = rbf->centres,
-                                     .threads = zs_control_threads(f->control)},
+                                     .threads = rbf->count <= ONE_THREAD
+                                                  ? 1
+                                                  : zs_control_threads(f->control)},
                           .clusters = f->clusters,
                           .values = f->values,
                           .largest = f->distinct.largest,

@@ -4,7 +4,7 @@
  * Usage: bench [--smoke] [WORD ...]   only rows whose name contains a WORD
  *
  * Environment, set by make: top_srcdir, where the scenes are; ZEROSET, the
- * program; XMLLINT; BENCH_PYTHON, a Python that may have VTK and scikit-image;
+ * program; XMLLINT; BENCH_PYTHON, a Python that may have VTK, scikit-image and SciPy;
  * BENCH_GTS, the peer built on GTS; ZEROSET_BENCH_DATA, a folder with optional
  * input. */
 #include "bench.h"
@@ -48,6 +48,13 @@ static const target targets[] = {
   {"menger-4, mesh 512 by 256", "menger-4 mesh 512", "menger-4 mesh 256", AT_MOST, 4.5, "x"},
   {"load 100000 by 2 xmllint + 0.2 s", "load 100000", "load 100000 allowance", AT_MOST, 1, "x"},
   {"slowest picture of a scene without data", "picture slowest", NULL, AT_MOST, 0.5, " s"},
+  {"fit of 1000, r3: gain over SciPy", "fit r3 1000 gain", NULL, AT_LEAST, 3, "x"},
+  {"fit of 5000, r3: gain over SciPy", "fit r3 5000 gain", NULL, AT_LEAST, 5, "x"},
+  {"fit of 10000, r3: gain over SciPy", "fit r3 10000 gain", NULL, AT_LEAST, 20, "x"},
+  {"fit of 100000 by 10000, r3", "fit r3 100000", "fit r3 10000", AT_MOST, 40, "x"},
+  {"fit of 10000, r3: residual", "fit r3 10000 residual", NULL, AT_MOST, 1, "e-6"},
+  {"fit of 100000, r3: residual", "fit r3 100000 residual", NULL, AT_MOST, 10, "e-6"},
+  {"fit of 100000, r: residual", "fit r 100000 residual", NULL, AT_MOST, 1, "e-6"},
   {"gyroid-sphere, mesh 1024: peak memory", "memory mesh", NULL, AT_MOST, 2, " GB"},
   {"gyroid-sphere, 2048³ voxels: peak memory", "memory voxels", NULL, AT_MOST, 1, " GB"},
 };
@@ -117,7 +124,8 @@ int main(int argc, char **argv)
   print_header();
   /* Memory comes first: a child's peak is never less than its parent's. */
   bench_section *const sections[] = {bench_memory, bench_workloads, bench_scalar,  bench_handwritten,
-                                     bench_peers,  bench_loading,   bench_pictures};
+                                     bench_peers,  bench_loading,   bench_pictures,
+                                     bench_fits};
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     sections[i](&b);
   if (!b.smoke)

@@ -25,7 +25,7 @@ typedef struct bench {
 /* A section of the output. */
 typedef void bench_section(bench *b);
 bench_section bench_memory, bench_workloads, bench_scalar, bench_handwritten, bench_peers,
-  bench_loading, bench_pictures;
+  bench_loading, bench_pictures, bench_fits;
 
 /* Whether a row is wanted: no words were given, or its name contains one. */
 bool bench_wants(const bench *b, const char *format, ...) __attribute__((format(printf, 2, 3)));

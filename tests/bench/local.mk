@@ -4,6 +4,7 @@ tests_bench_bench_SOURCES = \
   tests/bench/against_c.c \
   tests/bench/bench.c \
   tests/bench/bench.h \
+  tests/bench/fits.c \
   tests/bench/handwritten.h \
   tests/bench/jobs.c \
   tests/bench/jobs.h \
@@ -42,7 +43,7 @@ bench_gts = tests/bench/peer_gts
 endif
 CLEANFILES += $(EXTRA_PROGRAMS)
 
-EXTRA_DIST += tests/bench/peers.py
+EXTRA_DIST += tests/bench/peers.py tests/bench/peer_scipy.py
 zs_test_scripts += tests/bench/test_bench.sh
 
 # BENCH names some of the rows: make bench BENCH="spheres gear"

@@ -33,7 +33,7 @@ END
 
 check_rows() {
   local row
-  for row in spheres-100000 menger-4 twisted-column scalar handwritten peers load render; do
+  for row in spheres-100000 menger-4 twisted-column scalar handwritten peers load render fit; do
     grep -q "$row" table || complain "there is no row $row"
   done
 }
@@ -66,7 +66,7 @@ check_words() {
 
 # All but the rows whose fits take seconds.
 run_case "every row has the right answer" \
-  smoke rings spheres menger gyroid twisted gear load "render c"
+  smoke rings spheres menger gyroid twisted gear load "render c" fit
 run_case "every section is there" check_rows
 run_case "a formula in operations is read" check_vm
 run_case "what cannot be run is a failure" check_failure

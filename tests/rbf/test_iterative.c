@@ -302,7 +302,7 @@ static void can_be_cancelled_anywhere(void **state)
 static void threads_change_nothing(void **state)
 {
   (void)state;
-  cloud *c = random_cloud(3, ZS_RBF_R3, 2000, 15);
+  cloud *c = random_cloud(3, ZS_RBF_R3, 2500, 15);
   zs_control control;
   memset(&control, 0, sizeof control);
   control.threads = 1;
