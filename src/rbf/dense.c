@@ -74,7 +74,8 @@ static bool apply(const zs_dense *dense, char side, char transpose, size_t colum
 {
   const lapack_int n = (lapack_int)dense->span.n;
   return LAPACKE_dormqr(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns,
-                        (lapack_int)dense->span.rank, dense->span.basis, n, dense->tau, matrix, n) == 0;
+                        (lapack_int)dense->span.rank, dense->span.basis, n, dense->tau, matrix,
+                        n) == 0;
 }
 
 zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, double *a,

@@ -123,9 +123,9 @@ int main(int argc, char **argv)
   setvbuf(stdout, NULL, _IOLBF, 0);
   print_header();
   /* Memory comes first: a child's peak is never less than its parent's. */
-  bench_section *const sections[] = {bench_memory, bench_workloads, bench_scalar,  bench_handwritten,
-                                     bench_peers,  bench_loading,   bench_pictures,
-                                     bench_fits};
+  bench_section *const sections[] = {bench_memory,      bench_workloads, bench_scalar,
+                                     bench_handwritten, bench_peers,     bench_loading,
+                                     bench_pictures,    bench_fits};
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     sections[i](&b);
   if (!b.smoke)
