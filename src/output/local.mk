@@ -17,7 +17,9 @@ zs_sources += \
   src/output/polygonize_creases_settle.c \
   src/output/polygonize_distinct.c \
   src/output/polygonize_features.c \
+  src/output/polygonize_features_claims.c \
   src/output/polygonize_features_quads.c \
+  src/output/polygonize_features_turn.c \
   src/output/polygonize_features_vertices.c \
   src/output/polygonize_roots.c \
   src/output/polygonize_roots.h \

@@ -296,7 +296,7 @@ static bool run_features(zs_polygonize_job *job, double *evaluated)
 {
   job->mesh = zs_mesh_new(job->vertex_count, 0, true, job->diag);
   if (!job->mesh || !zs_polygonize_vertices(job) || !zs_polygonize_patches(job) ||
-      !zs_polygonize_patch_vertices(job))
+      !zs_polygonize_patch_vertices(job) || !zs_polygonize_claims(job))
     return false;
   *evaluated = zs_seconds();
   if (!zs_polygonize_quads(job))
@@ -332,6 +332,8 @@ static void finish(zs_polygonize_job *job, zs_job_report *report)
     zs_arena_free(&job->workers[t].arena);
     zs_arena_free(&job->workers[t].ends);
     zs_eval_free(job->workers[t].eval);
+    job->used_bytes += job->workers[t].claims.room * sizeof(zs_claim);
+    free(job->workers[t].claims.items);
   }
   for (unsigned t = 0; job->programs && t < job->threads; t++) {
     job->used_bytes += job->programs[t].bytes;

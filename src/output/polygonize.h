@@ -62,8 +62,26 @@ typedef struct zs_patch {
   uint16_t cell;  /* 256 z + 16 y + x in its brick */
   uint16_t edges; /* of the loop, one bit each */
   bool sharp;     /* its vertex lies on a sharp edge or corner */
-  bool folded;    /* faces around it overlap */
+  bool corner;    /* in a corner */
+  bool aside;     /* beside a sharp edge that passes by its cell */
+  bool suspect;   /* of a quad that is folded however it is cut */
+  bool folded;    /* of a triangle that is still folded when edges have been turned */
 } zs_patch;
+
+/* A patch whose planes meet in another cell (see polygonize_features_claims.c). */
+typedef struct zs_claim {
+  zs_patch *patch;
+  uint32_t vertex;  /* of the patch */
+  uint32_t cell[3]; /* where they meet: its place in the lattice */
+  unsigned rank;    /* 2 on a sharp edge, 3 in a corner */
+  double place[3];
+  float normal[3]; /* away from all of them */
+} zs_claim;
+
+typedef struct zs_claims {
+  zs_claim *items;
+  size_t count, room;
+} zs_claims;
 
 typedef struct zs_brick zs_brick;
 struct zs_brick {
@@ -91,7 +109,6 @@ struct zs_brick {
   const uint16_t *patch_rows; /* patches of the rows of cells before; one more */
   uint32_t patch_count;
   size_t first_patch; /* the vertex of the first one */
-  bool unfolded; /* vertices of it were moved since its faces were written */
   bool sampled; /* false: bounds know that all of it is inside */
   bool at_face; /* some of its edges or cells may lead to pads */
 };
@@ -102,6 +119,7 @@ typedef struct zs_polygonize_worker {
   zs_arena ends;  /* but for the ends of edges: until there are vertices */
   zs_eval *eval;
   uint64_t evaluations;
+  zs_claims claims;
   bool out_of_memory;
   void *scratch; /* of the stage at work */
 } zs_polygonize_worker;
@@ -319,14 +337,19 @@ bool zs_polygonize_triangles(zs_polygonize_job *job);
 /* ---- Stages of the features method -------------------------------------------- */
 
 /* From vertices on crossing edges to the dual mesh: find the loops of all cells, a
- * vertex for each, and two triangles for every crossing edge.  False after
- * reporting. */
+ * vertex for each, let those that belong elsewhere go there, and make two triangles
+ * for every crossing edge.  False after reporting. */
 bool zs_polygonize_patches(zs_polygonize_job *job);
 bool zs_polygonize_patch_vertices(zs_polygonize_job *job);
+bool zs_polygonize_claims(zs_polygonize_job *job);
 bool zs_polygonize_quads(zs_polygonize_job *job);
 
-/* Move the vertices of folded patches to the middle of their loops; says whether
- * there were any.  False after reporting. */
-bool zs_polygonize_unfold(zs_polygonize_job *job, bool *any);
+/* Turn mesh edges that cut sharp edges off, and those of folded triangles; mark the
+ * patches of triangles that stay folded.  False after reporting. */
+bool zs_polygonize_turn(zs_polygonize_job *job);
+
+/* Move the vertices of folded patches back into their cells, or the last time forget
+ * their normals; says whether there were any.  False after reporting. */
+bool zs_polygonize_unfold(zs_polygonize_job *job, bool last, bool *any);
 
 #endif

@@ -9,7 +9,9 @@
  *
  * The mesh is the dual of the one that the loops outline, which is a closed
  * manifold; so is the dual, as long as no two of its vertices are joined twice.
- * Two loops that meet twice, in a face with four crossings, are parted there. */
+ * Two loops that meet twice, in a face with four crossings, are parted there.  What
+ * follows keeps it one: vertices move (polygonize_features_claims.c), and mesh edges
+ * turn (polygonize_features_turn.c). */
 #include "output/polygonize.h"
 
 #include "base/diagnostic.h"

@@ -73,20 +73,24 @@ static void put(uint32_t *triangle, const corner *a, const corner *b, const corn
   triangle[2] = c->vertex;
 }
 
-/* How many of the normals at its corners a triangle turns its back on. */
+/* How many of the normals at its corners a triangle turns its back on; all when it is
+ * no more than a line. */
 static unsigned disagreements(const corner *a, const corner *b, const corner *c)
 {
-  float u[3], v[3], n[3];
+  static const float flattest = 1e-3f; /* height by length */
+  float u[3], v[3], n[3], square = 0;
   for (int k = 0; k < 3; k++) {
     u[k] = b->position[k] - a->position[k];
     v[k] = c->position[k] - a->position[k];
+    square += u[k] * u[k] + v[k] * v[k];
   }
   for (int k = 0; k < 3; k++)
     n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+  const float least = flattest * square;
   unsigned count = 0;
-  count += n[0] * a->normal[0] + n[1] * a->normal[1] + n[2] * a->normal[2] < 0;
-  count += n[0] * b->normal[0] + n[1] * b->normal[1] + n[2] * b->normal[2] < 0;
-  count += n[0] * c->normal[0] + n[1] * c->normal[1] + n[2] * c->normal[2] < 0;
+  count += n[0] * a->normal[0] + n[1] * a->normal[1] + n[2] * a->normal[2] < least;
+  count += n[0] * b->normal[0] + n[1] * b->normal[1] + n[2] * b->normal[2] < least;
+  count += n[0] * c->normal[0] + n[1] * c->normal[1] + n[2] * c->normal[2] < least;
   return count;
 }
 
@@ -101,7 +105,7 @@ static float square_distance(const corner *a, const corner *b)
 }
 
 /* How wrong it is to cut a quad from a corner to the opposite one: FOLDED and more
- * when a triangle turns its back on all three normals. */
+ * when a triangle turns its back on all three normals, or is no more than a line. */
 enum { FOLDED = 16 };
 static unsigned wrongness(const corner q[4], unsigned from)
 {
@@ -114,18 +118,18 @@ static unsigned wrongness(const corner q[4], unsigned from)
 /* The corner, first or second, from which to cut a quad: from one sharp edge to
  * another, or else along the shorter diagonal; but where the other way agrees
  * better with the normals, that. */
-static unsigned choose_cut(const corner q[4], bool *folded)
+static unsigned choose_cut(const corner q[4], bool *is_folded)
 {
   const int sharp = (int)(q[1].patch->sharp + q[3].patch->sharp) -
                     (int)(q[0].patch->sharp + q[2].patch->sharp);
   const unsigned from =
     sharp ? sharp > 0 : square_distance(&q[1], &q[3]) < square_distance(&q[0], &q[2]);
   const unsigned wrong = wrongness(q, from);
-  *folded = false;
+  *is_folded = false;
   if (!wrong)
     return from;
   const unsigned other = wrongness(q, 1 - from);
-  *folded = wrong >= FOLDED && other >= FOLDED;
+  *is_folded = wrong >= FOLDED && other >= FOLDED;
   return other < wrong ? 1 - from : from;
 }
 
@@ -150,13 +154,12 @@ static void write_quad(const zs_polygonize_job *job, const reach_patches patches
                                      .position = job->dual->positions + 3 * (size_t)vertex,
                                      .normal = job->dual->normals + 3 * (size_t)vertex};
   }
-  bool folded;
-  const unsigned from = choose_cut(q, &folded);
-  for (unsigned i = 0; folded && i < 4; i++)
-    if (q[i].patch->sharp) {
+  bool is_folded;
+  const unsigned from = choose_cut(q, &is_folded);
+  for (unsigned i = 0; is_folded && i < 4; i++) {
 #pragma omp atomic write
-      q[i].patch->folded = true;
-    }
+    q[i].patch->suspect = true;
+  }
   put(triangles, &q[from], &q[from + 1], &q[from + 2]);
   put(triangles + 3, &q[from], &q[from + 2], &q[(from + 3) % 4]);
 }
@@ -176,36 +179,26 @@ static void write_quads(const zs_polygonize_job *job, const zs_brick *brick,
       }
 }
 
-/* Whether a vertex of the brick's quads was moved in this round. */
-static bool is_touched(const zs_polygonize_job *job, const zs_brick *brick)
+static bool write_all(const zs_polygonize_job *job)
 {
-  bool touched = false;
-  for (unsigned d = 0; d < 8; d++) {
-    uint32_t at[3];
-    for (int k = 0; k < 3; k++)
-      at[k] = brick->index[k] - (d >> k & 1); /* below 0: no brick's index */
-    touched = touched || zs_lattice_brick(job, at)->unfolded;
-  }
-  return touched;
-}
-
-/* Sharp vertices of quads that are folded whichever way they are cut lie wrong:
- * they give up their edge, and the quads around them are written again. */
-bool zs_polygonize_quads(zs_polygonize_job *job)
-{
-  enum { ROUNDS = 4 };
   reach_patches *scratch = malloc(job->threads * sizeof *scratch);
   if (!scratch)
     return zs_fail_memory(job->diag);
-  bool done = true, again = true;
-  for (unsigned round = 0; done && again && round < ROUNDS; round++) {
 #pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
-    for (size_t i = 0; i < job->active_count; i++)
-      if (round == 0 || is_touched(job, job->active[i]))
-        write_quads(job, job->active[i], scratch[zs_polygonize_thread()]);
-    if (round + 1 < ROUNDS)
-      done = zs_polygonize_unfold(job, &again);
-  }
+  for (size_t i = 0; i < job->active_count; i++)
+    write_quads(job, job->active[i], scratch[zs_polygonize_thread()]);
   free(scratch);
+  return true;
+}
+
+/* Where triangles are folded even so, vertices lie wrong: they are moved, and all
+ * quads are written again. */
+bool zs_polygonize_quads(zs_polygonize_job *job)
+{
+  enum { ROUNDS = 4 };
+  bool done = true, again = true;
+  for (unsigned round = 1; done && again && round <= ROUNDS; round++)
+    done = write_all(job) && zs_polygonize_turn(job) &&
+           zs_polygonize_unfold(job, round == ROUNDS, &again);
   return done;
 }

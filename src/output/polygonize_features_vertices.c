@@ -17,6 +17,10 @@ static const float FLAT = 0.97f;
 /* Sharp vertices settle within this part of a cell. */
 static const float NEAR = 0.15f;
 
+/* Parts of a cell: places are as good as each other when their distances from the
+ * planes differ by less; and planes meet when all are closer. */
+static const double SLACK = 2e-5, FITTING = 0.05;
+
 /* The crossing edges of a loop. */
 typedef struct loop {
   unsigned count;
@@ -55,6 +59,7 @@ typedef struct placing {
   zs_frame frame;
   size_t offsets[ZS_CELL_EDGES];
   float margin[3]; /* of vertices to the sides of their cells */
+  double side;     /* the shortest of a cell */
 } placing;
 
 static float dot(const float a[3], const float b[3])
@@ -138,34 +143,134 @@ static void normalize(float v[3])
     v[k] = length > 1e-3f ? v[k] / length : 0;
 }
 
-/* The place closest to all tangent planes, and the direction that leads away from
- * all of them alike, however many edges lie on either side.  True when it is on a
- * sharp edge or corner. */
-static bool meet(const loop *l, const cell *c, float place[3], float normal[3])
+/* The greatest distance of a place from the planes of a loop. */
+static double distance_from_planes(const loop *l, const double place[3])
+{
+  double greatest = 0;
+  for (unsigned i = 0; i < l->count; i++) {
+    double distance = 0;
+    for (int k = 0; k < 3; k++)
+      distance += l->normals[i][k] * (place[k] + l->middle[k] - l->points[i][k]);
+    greatest = fmax(greatest, fabs(distance));
+  }
+  return greatest;
+}
+
+/* Add the tangent plane at an edge, in a frame whose origin is the middle. */
+static void add_plane(const loop *l, unsigned i, zs_quadric *planes)
+{
+  double distance = 0;
+  for (int k = 0; k < 3; k++)
+    distance += (double)l->normals[i][k] * (l->points[i][k] - l->middle[k]);
+  zs_quadric_add(planes, l->normals[i], distance);
+}
+
+/* Where the tangent planes of a loop meet. */
+typedef struct meeting {
+  unsigned rank;  /* 2 on a sharp edge, 3 in a corner */
+  bool is_within; /* the cell */
+  double misfit;  /* greatest distance from one of the planes */
+  float place[3], normal[3];
+} meeting;
+
+/* Look for the place closest to all tangent planes, in the cell if there is one as
+ * good there as in the cells around it; and for the direction that leads away from
+ * all of them alike, however many edges lie on either side. */
+static void meet(const placing *s, const loop *l, const cell *c, meeting *m)
 {
   static const double below[3] = {-INFINITY, -INFINITY, -INFINITY},
                       above[3] = {INFINITY, INFINITY, INFINITY};
   zs_quadric planes = {{{0}}, {0}}, away = planes;
-  double lo[3], hi[3], offset[3], direction[3];
+  double lo[3], hi[3], lower[3], upper[3], best[3], direction[3];
   for (unsigned i = 0; i < l->count; i++) {
-    double distance = 0;
-    for (int k = 0; k < 3; k++)
-      distance += (double)l->normals[i][k] * (l->points[i][k] - l->middle[k]);
-    zs_quadric_add(&planes, l->normals[i], distance);
+    add_plane(l, i, &planes);
     zs_quadric_add(&away, l->normals[i], 1);
   }
+  m->is_within = true;
   for (int k = 0; k < 3; k++) {
+    const double reach = c->lo[k] < c->hi[k] ? s->job->cell[k] : 0;
     lo[k] = (double)c->lo[k] - l->middle[k];
     hi[k] = (double)c->hi[k] - l->middle[k];
+    lower[k] = lo[k] - reach;
+    upper[k] = hi[k] + reach;
   }
-  unsigned rank = zs_quadric_minimize(&planes, lo, hi, offset);
+  m->rank = zs_quadric_minimize(&planes, lower, upper, best);
+  m->misfit = distance_from_planes(l, best);
+  const double good = 2 * m->misfit + SLACK * s->side;
+  for (int k = 0; k < 3; k++)
+    m->is_within = m->is_within && best[k] >= lo[k] && best[k] <= hi[k];
+  if (!m->is_within) {
+    double nearby[3];
+    zs_quadric_minimize(&planes, lo, hi, nearby);
+    m->is_within = m->rank < 2 || distance_from_planes(l, nearby) <= good;
+    if (m->is_within)
+      memcpy(best, nearby, sizeof best);
+  }
   zs_quadric_minimize(&away, below, above, direction);
   for (int k = 0; k < 3; k++) {
-    place[k] = (float)(l->middle[k] + offset[k]);
-    normal[k] = (float)direction[k];
+    m->place[k] = (float)(l->middle[k] + best[k]);
+    m->normal[k] = (float)direction[k];
+  }
+  normalize(m->normal);
+}
+
+/* The edges of a loop that lie on the same side of a sharp edge as edge i does. */
+static unsigned count_side(const loop *l, unsigned i)
+{
+  unsigned count = 0;
+  for (unsigned j = 0; j < l->count; j++)
+    count += !zs_crease_between(l->normals[i], l->normals[j]);
+  return count;
+}
+
+/* The part of a step that stays in the cell. */
+static float part_within(const cell *c, const float from[3], const float step[3])
+{
+  float part = 1;
+  for (int k = 0; k < 3; k++) {
+    const float room = (step[k] > 0 ? c->hi[k] : c->lo[k]) - from[k];
+    if (fabsf(step[k]) * part > fabsf(room))
+      part = fabsf(room / step[k]);
+  }
+  return part;
+}
+
+/* A place in the plane of the side that has most of the loop's edges, and that side's
+ * normal.  Between those edges all of the plane is surface; so it is toward the middle
+ * of the loop unless a sharp edge passes through the cell: `toward_middle`. */
+static void stand_aside(const loop *l, const cell *c, bool toward_middle, float place[3],
+                        float normal[3])
+{
+  unsigned most = 0, count = 0;
+  float step[3];
+  for (unsigned i = 1; i < l->count; i++)
+    if (count_side(l, i) > count_side(l, most))
+      most = i;
+  for (int k = 0; k < 3; k++)
+    place[k] = normal[k] = 0;
+  for (unsigned i = 0; i < l->count; i++) {
+    if (zs_crease_between(l->normals[most], l->normals[i]))
+      continue;
+    for (int k = 0; k < 3; k++) {
+      place[k] += l->points[i][k];
+      normal[k] += l->normals[i][k];
+    }
+    count++;
   }
   normalize(normal);
-  return rank > 1;
+  for (int k = 0; k < 3; k++)
+    place[k] /= (float)count;
+  clamp(place, c);
+  if (!toward_middle)
+    return;
+  for (int k = 0; k < 3; k++)
+    step[k] = l->middle[k] - place[k];
+  const float above = dot(step, normal);
+  for (int k = 0; k < 3; k++)
+    step[k] -= above * normal[k];
+  const float part = part_within(c, place, step) / 2;
+  for (int k = 0; k < 3; k++)
+    place[k] += part * step[k];
 }
 
 /* ---- Onto the surface ------------------------------------------------------------
@@ -243,13 +348,14 @@ static void evaluate(const placing *s, float places[][3], float *f)
 }
 
 /* Add the line of a vertex to those to be solved, unless the surface does not
- * cross it: a sharp vertex is then as close to the edge as its cell allows. */
+ * cross it: a vertex on or beside a sharp edge is then as close to it as its cell
+ * allows. */
 static void add_line(const placing *s, unsigned i)
 {
   placer *w = s->worker->scratch;
   const bool inside = w->f[0][i] >= 0;
   if (inside == (w->f[1][i] >= 0)) {
-    if (w->patch[i]->sharp)
+    if (w->patch[i]->sharp || w->patch[i]->aside)
       return;
     nearest_corner(s, &w->cells[i], w->patch[i]->edges, !inside, w->place[i], w->end[i]);
     w->f[1][i] = -w->f[0][i];
@@ -259,15 +365,14 @@ static void add_line(const placing *s, unsigned i)
   zs_roots_add(&w->roots, inner, outer, w->f[!inside][i], w->f[inside][i]);
 }
 
-/* Far from where the planes of a sharp edge meet, the surface is one of its
- * sides. */
+/* Far from where the planes of a sharp edge meet, the surface is one of its sides;
+ * and far from the plane of one side it is another one. */
 static bool accept(const placing *s, const zs_patch *patch, const float from[3],
                    const float place[3])
 {
-  const double *side = s->job->cell;
-  const float near = NEAR * (float)fmin(side[0], fmin(side[1], side[2]));
+  const float near = NEAR * (float)s->side;
   const float step[3] = {place[0] - from[0], place[1] - from[1], place[2] - from[2]};
-  return !patch->sharp || dot(step, step) <= near * near;
+  return !(patch->sharp || patch->aside) || dot(step, step) <= near * near;
 }
 
 /* Settle the block and write its vertices. */
@@ -297,6 +402,32 @@ static void settle(const placing *s)
 
 /* ---- A brick -------------------------------------------------------------------------- */
 
+/* Claim the cell where a patch's planes meet. */
+static void claim(const placing *s, zs_patch *patch, const meeting *m)
+{
+  zs_claims *claims = &s->worker->claims;
+  if (claims->count == claims->room) {
+    const size_t room = 2 * claims->room + 64;
+    zs_claim *items = realloc(claims->items, room * sizeof *items);
+    if (!items) {
+      s->worker->out_of_memory = true;
+      return;
+    }
+    claims->items = items;
+    claims->room = room;
+  }
+  zs_claim *c = &claims->items[claims->count++];
+  *c = (zs_claim){
+    .patch = patch,
+    .vertex = (uint32_t)(s->brick->first_patch + (size_t)(patch - s->brick->patches)),
+    .rank = m->rank};
+  memcpy(c->normal, m->normal, sizeof c->normal);
+  for (int k = 0; k < 3; k++) {
+    c->place[k] = s->frame.origin[k] + m->place[k];
+    c->cell[k] = (uint32_t)(floor((c->place[k] - s->job->lo[k]) / s->job->cell[k]) + 1);
+  }
+}
+
 static void place_patch(const placing *s, zs_patch *patch)
 {
   placer *w = s->worker->scratch;
@@ -310,7 +441,18 @@ static void place_patch(const placing *s, zs_patch *patch)
     memcpy(out, l.sum, sizeof l.sum);
     normalize(out);
   } else {
-    patch->sharp = meet(&l, c, place, out);
+    meeting m;
+    meet(s, &l, c, &m);
+    patch->aside = !m.is_within;
+    patch->sharp = m.is_within && m.rank > 1;
+    patch->corner = m.is_within && m.rank > 2;
+    memcpy(place, m.place, sizeof m.place);
+    memcpy(out, m.normal, sizeof m.normal);
+    if (patch->aside) {
+      if (!c->pad_edges && m.misfit <= FITTING * s->side)
+        claim(s, patch, &m);
+      stand_aside(&l, c, m.rank == 2, place, out);
+    }
   }
   clamp(place, c);
   memcpy(vertex_item(s, patch, s->job->dual->normals), out, sizeof l.sum);
@@ -366,6 +508,7 @@ static void enter_brick(placing *s)
   zs_cell_edge_offsets(s->offsets);
   for (int k = 0; k < 3; k++)
     s->margin[k] = (float)fmin(s->job->apart, s->job->cell[k] / 4);
+  s->side = fmin(s->job->cell[0], fmin(s->job->cell[1], s->job->cell[2]));
   w->count = 0;
 }
 
@@ -406,23 +549,24 @@ bool zs_polygonize_patch_vertices(zs_polygonize_job *job)
 
 /* ---- Folds ----------------------------------------------------------------------------- */
 
+/* A vertex on a sharp edge gives it up for one of the sides; any other one moves to
+ * the middle of its loop. */
 static void unfold_patch(const placing *s, zs_patch *patch)
 {
+  float place[3];
   cell c;
   loop l;
-  patch->folded = patch->sharp = false;
   look_at_cell(s, patch->cell, &c);
   gather(s, &c, patch->edges, &l);
-  clamp(l.middle, &c);
-  write_place(s, &c, patch, l.middle);
-}
-
-static bool has_folds(const zs_brick *brick)
-{
-  bool any = false;
-  for (uint32_t i = 0; i < brick->patch_count && !any; i++)
-    any = brick->patches[i].folded;
-  return any;
+  if (patch->sharp) {
+    stand_aside(&l, &c, false, place, vertex_item(s, patch, s->job->dual->normals));
+  } else {
+    memcpy(place, l.middle, sizeof place);
+    clamp(place, &c);
+  }
+  write_place(s, &c, patch, place);
+  patch->aside = patch->sharp;
+  patch->sharp = patch->corner = false;
 }
 
 static void unfold_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs_brick *brick)
@@ -435,22 +579,49 @@ static void unfold_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, z
   separate(&s);
 }
 
-bool zs_polygonize_unfold(zs_polygonize_job *job, bool *any)
+/* Gradients that faces cannot agree with, as of several sheets in one cell, are no
+ * normals: the faces around are to tell. */
+static void forget_normals(const zs_polygonize_job *job, const zs_brick *brick)
+{
+  for (uint32_t i = 0; i < brick->patch_count; i++)
+    if (brick->patches[i].folded)
+      memset(job->dual->normals + 3 * (brick->first_patch + i), 0,
+             3 * sizeof *job->dual->normals);
+}
+
+static bool has_folds(const zs_brick *brick)
+{
+  bool any = false;
+  for (uint32_t i = 0; i < brick->patch_count && !any; i++)
+    any = brick->patches[i].folded;
+  return any;
+}
+
+static void forget_folds(zs_brick *brick)
+{
+  for (uint32_t i = 0; i < brick->patch_count; i++)
+    brick->patches[i].folded = brick->patches[i].suspect = false;
+}
+
+bool zs_polygonize_unfold(zs_polygonize_job *job, bool last, bool *any)
 {
   placer *scratch;
-  *any = false;
-  for (size_t i = 0; i < job->active_count; i++) {
-    job->active[i]->unfolded = has_folds(job->active[i]);
-    *any = *any || job->active[i]->unfolded;
-  }
-  if (!*any)
-    return true;
+  bool found = false;
   if (!allocate_placers(job, &scratch))
     return false;
-#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
-  for (size_t i = 0; i < job->active_count; i++)
-    if (job->active[i]->unfolded)
-      unfold_brick(job, &job->workers[zs_polygonize_thread()], job->active[i]);
+#pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads) reduction(|| : found)
+  for (size_t i = 0; i < job->active_count; i++) {
+    zs_brick *brick = job->active[i];
+    if (has_folds(brick)) {
+      found = true;
+      if (last)
+        forget_normals(job, brick);
+      else
+        unfold_brick(job, &job->workers[zs_polygonize_thread()], brick);
+    }
+    forget_folds(brick);
+  }
   free(scratch);
+  *any = found;
   return true;
 }
