@@ -108,7 +108,7 @@ static void meshes_are_the_same_however_they_are_made(void **state)
 static bool is_on_surface(zs_eval *eval, const zs_mesh *mesh, size_t vertex, double distance)
 {
   double inner[3], outer[3];
-  for (int k = 0; k < 3; k++) {
+  for (size_t k = 0; k < 3; k++) {
     inner[k] = mesh->positions[3 * vertex + k] - distance * mesh->normals[3 * vertex + k];
     outer[k] = mesh->positions[3 * vertex + k] + distance * mesh->normals[3 * vertex + k];
   }
