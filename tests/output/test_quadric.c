@@ -158,38 +158,12 @@ static void boxes_hold_the_best_place(void **state)
   assert_true(sides > 100);
 }
 
-/* Two distances at once, without a box. */
-static void pairs_agree_with_one_by_one(void **state)
-{
-  (void)state;
-  uint64_t seed = 8;
-  for (int n = 0; n < 100; n++) {
-    zs_quadric q[2] = {{{{0}}, {0}}, {{{0}}, {0}}};
-    double b[2][3], pair[2][3], one[3];
-    for (unsigned i = 0; i < 1 + random_below(&seed, 5); i++) {
-      float normal[3];
-      random_unit(&seed, normal);
-      for (int k = 0; k < 2; k++)
-        zs_quadric_add(&q[k], normal, random_between(&seed, -1, 1));
-    }
-    for (int k = 0; k < 2; k++)
-      memcpy(b[k], q[k].b, sizeof b[k]);
-    zs_quadric_solve((const double(*)[3])q[0].a, (const double(*)[3])b, pair);
-    for (int k = 0; k < 2; k++) {
-      zs_quadric_minimize(&q[k], BELOW, ABOVE, one);
-      for (int l = 0; l < 3; l++)
-        assert_true(fabs(one[l] - pair[k][l]) < 1e-9);
-    }
-  }
-}
-
 int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(eigenvalues_agree_with_lapack),
     cmocka_unit_test(planes_meet_where_they_do),
     cmocka_unit_test(boxes_hold_the_best_place),
-    cmocka_unit_test(pairs_agree_with_one_by_one),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
