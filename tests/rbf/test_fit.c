@@ -66,6 +66,27 @@ static void reproduces_linear_functions(void **state)
   }
 }
 
+/* With degree 2, whatever the kernel asks for; solved directly and by iterations. */
+static void reproduces_quadratics_on_request(void **state)
+{
+  (void)state;
+  static const size_t counts[] = {60, 800};
+  for (int i = 0; i < 2; i++) {
+    cloud *c = random_cloud(3, ZS_RBF_R3, counts[i], 11);
+    c->problem.degree = 2;
+    for (size_t j = 0; j < counts[i]; j++) {
+      const double *x = c->positions + 3 * j;
+      c->values[j] = 2 - x[0] + 0.5 * x[1] * x[2] + x[2] * x[2];
+    }
+    zs_rbf *rbf = fitted(c);
+    const double far[3] = {4, -3, 2};
+    assert_int_equal(rbf->terms, 10);
+    assert_true(fabs(zs_rbf_value(rbf, far) - (2 - 4 - 3 + 4)) < 1e-4);
+    zs_rbf_free(rbf);
+    free(c);
+  }
+}
+
 /* Moving, turning and scaling the points moves, turns and scales the fit. */
 static void follows_similarities(void **state)
 {
@@ -233,6 +254,12 @@ static void limits_are_kept(void **state)
   c->positions[4] = 1e308;
   c->positions[7] = -1e308;
   fails_with(&c->problem, NULL, ZS_ERROR_GEOMETRY, "too far apart");
+  c->positions[4] = (double)NAN;
+  c->positions[7] = 0;
+  fails_with(&c->problem, NULL, ZS_ERROR_GEOMETRY, "not finite");
+  c->positions[4] = 0;
+  c->values[9] = (double)INFINITY;
+  fails_with(&c->problem, NULL, ZS_ERROR_GEOMETRY, "not finite");
   free(c);
 
   const size_t many = ZS_RBF_MAXIMUM_COUNT + 1;
@@ -303,6 +330,7 @@ int main(void)
     cmocka_unit_test(approximates_between_points),
     cmocka_unit_test(agrees_with_bordered_system),
     cmocka_unit_test(reproduces_linear_functions),
+    cmocka_unit_test(reproduces_quadratics_on_request),
     cmocka_unit_test(follows_similarities),
     cmocka_unit_test(flat_sets_are_fitted),
     cmocka_unit_test(few_points_are_fitted),
