@@ -477,6 +477,25 @@ static void cubes_have_their_edges_along_all_their_length(void **state)
   assert_true(far <= (size_t)CUBES * CUBE_EDGES * STEPS / 1000);
 }
 
+/* With its edges where they belong, hardly more is left of a cube than its twelve
+ * triangles when what is flat is collapsed: nothing moves by more than the error. */
+static void flat_parts_collapse(void **state)
+{
+  (void)state;
+  zs_grid grid = cube_grid(-1.113, 1.109, 60);
+  zs_mesh *mesh = polygonize(CUBE, &grid, true, 2);
+  assert_sound(mesh);
+  assert_true(mesh->triangle_count > 10000);
+  assert_true(zs_mesh_simplify(mesh, 1e-4, NULL, NULL));
+  assert_sound(mesh);
+  assert_true(mesh->triangle_count <= 24);
+  zs_mesh_report report = check_mesh(mesh);
+  assert_int_equal(report.euler_characteristic, 2);
+  assert_true(fabs(report.volume / 1.728 - 1) < 1e-5);
+  assert_true(fabs(report.area / 8.64 - 1) < 1e-5);
+  zs_mesh_free(mesh);
+}
+
 /* The rims of a turned cylinder are sharp all around. */
 static void rims_of_a_cylinder_are_sharp(void **state)
 {
@@ -633,6 +652,7 @@ int main(void)
     cmocka_unit_test(vertices_are_certified_roots),
     cmocka_unit_test(edges_of_a_turned_cube_are_met),
     cmocka_unit_test(cubes_have_their_edges_along_all_their_length),
+    cmocka_unit_test(flat_parts_collapse),
     cmocka_unit_test(rims_of_a_cylinder_are_sharp),
     cmocka_unit_test(boxes_along_the_axes_are_exact),
     cmocka_unit_test(places_far_from_the_origin_are_sound),
