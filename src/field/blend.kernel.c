@@ -196,24 +196,18 @@ GRADIENT_KERNEL(r_displaced)
 GRADIENT_KERNEL(smooth_exponential)
 
 /* The smooth joints that end. */
-ZS_INLINE zs_lanes joined(zs_lanes a, zs_lanes b, joint_numbers c, joint_profile *rise)
-{
-  const zs_lanes risen = rise(zs_lanes_absolute(a - b), c);
-  return c.side > 0 ? zs_lanes_larger(a, b) + risen : zs_lanes_smaller(a, b) - risen;
-}
-
 ZS_INLINE void joint_values(const zs_block_arguments *x, joint_numbers c, joint_profile *rise)
 {
   const float *in_a = x->in[0], *in_b = x->in[1];
   float *out = x->out;
   for (size_t i = 0, n = x->n; i < n; i += ZS_WIDTH) {
     const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
-    zs_lanes_store(out + i, joined(a, b, c, rise));
+    zs_lanes_store(out + i, joined_by_side(a, b, c, rise));
   }
 }
 
 ZS_INLINE void joint_gradients(const zs_block_arguments *x, joint_numbers c, joint_profile *rise,
-                            joint_profile *slope)
+                            joint_slope *slope)
 {
   const float *in_a = x->in[0], *in_b = x->in[1];
   float *out = x->out;
@@ -221,7 +215,7 @@ ZS_INLINE void joint_gradients(const zs_block_arguments *x, joint_numbers c, joi
     const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
     const joint_weights weight =
       joint_weights_of(c.side > 0 ? a > b : a < b, slope(zs_lanes_absolute(a - b), c));
-    zs_lanes_store(out + i, joined(a, b, c, rise));
+    zs_lanes_store(out + i, joined_by_side(a, b, c, rise));
     for (size_t row = ZS_BLOCK + i; row < 4 * ZS_BLOCK; row += ZS_BLOCK)
       zs_lanes_store(out + row, weight.a * zs_lanes_load(in_a + row) +
                                   weight.b * zs_lanes_load(in_b + row));

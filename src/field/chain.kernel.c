@@ -118,7 +118,7 @@ ZS_INLINE void join_alike(tile *t, const link *links, unsigned n, shape *distanc
     for (int v = 0; v < VECTORS; v++) {
       const zs_lanes d = distance(place(&m, t->at[v].x, t->at[v].y, t->at[v].z), s);
       const zs_lanes g = zs_lanes_multiply_add(against, d, r);
-      f[v] = zs_lanes_larger(f[v], g) + rise(zs_lanes_absolute(f[v] - g), c);
+      f[v] = joined(f[v], g, c, rise);
     }
   }
   for (int v = 0; v < VECTORS; v++)
@@ -191,7 +191,7 @@ typedef struct slopes {
 
 ZS_INLINE void join_slope(slopes *t, shape_point at, const link *link, shape *distance,
                           shape_gradient *gradient, joint_numbers c, joint_profile *rise,
-                          joint_profile *slope)
+                          joint_slope *slope)
 {
   const shape_map m = map_of(&link->place);
   const shape_numbers s = numbers_of(link->parameters);
@@ -200,10 +200,10 @@ ZS_INLINE void join_slope(slopes *t, shape_point at, const link *link, shape *di
   const shape_point local = only_moved ? moved(&m, at.x, at.y, at.z) : affine(&m, at.x, at.y, at.z);
   const shape_point own = gradient(local, s);
   const shape_point by_place = only_moved ? own : by_inputs(&m, own);
-  const zs_lanes b = sign * (s.r - distance(local, s)), d = zs_lanes_absolute(t->f - b);
-  const joint_weights w = joint_weights_of(t->f > b, slope(d, c));
+  const zs_lanes b = sign * (s.r - distance(local, s));
+  const joint_weights w = joint_weights_of(t->f > b, slope(zs_lanes_absolute(t->f - b), c));
   const zs_lanes of_link = sign * w.b;
-  t->f = zs_lanes_larger(t->f, b) + rise(d, c);
+  t->f = joined(t->f, b, c, rise);
   t->weight *= w.a;
   t->g[0] = w.a * t->g[0] + of_link * by_place.x;
   t->g[1] = w.a * t->g[1] + of_link * by_place.y;
@@ -211,7 +211,7 @@ ZS_INLINE void join_slope(slopes *t, shape_point at, const link *link, shape *di
 }
 
 ZS_INLINE void join_slopes(slopes *t, shape_point at, const link *links, unsigned n,
-                           joint_numbers c, joint_profile *rise, joint_profile *slope)
+                           joint_numbers c, joint_profile *rise, joint_slope *slope)
 {
   for (const link *l = links; l < links + n; l++) {
     switch (l->shape) {
@@ -258,7 +258,7 @@ static void store_slopes(const zs_block_arguments *x, const zs_chain *chain, con
 }
 
 ZS_INLINE void chain_gradient(const zs_block_arguments *x, joint_numbers c, joint_profile *rise,
-                              joint_profile *slope)
+                              joint_slope *slope)
 {
   const zs_lanes zero = zs_lanes_all(0);
   const zs_chain *chain = x->data;

@@ -22,8 +22,9 @@ static inline joint_numbers make_joint_numbers(const zs_blend *p, double factor)
 }
 
 /* What a joint of operands at a distance d of each other adds to the larger one,
- * and the derivative of that by d. */
-typedef zs_lanes joint_profile(zs_lanes d, joint_numbers c);
+ * `base`; and the derivative of that by d. */
+typedef zs_lanes joint_profile(zs_lanes base, zs_lanes d, joint_numbers c);
+typedef zs_lanes joint_slope(zs_lanes d, joint_numbers c);
 
 static inline zs_lanes joint_overlap(zs_lanes d, joint_numbers c)
 {
@@ -35,10 +36,10 @@ static inline joint_numbers quadratic_numbers(const zs_blend *p)
   return make_joint_numbers(p, 0.25 / p->parameter[0]);
 }
 
-static inline zs_lanes quadratic_rise(zs_lanes d, joint_numbers c)
+static inline zs_lanes quadratic_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
   const zs_lanes h = joint_overlap(d, c);
-  return h * h * zs_lanes_all(c.factor);
+  return zs_lanes_multiply_add(h * zs_lanes_all(c.factor), h, base);
 }
 
 static inline zs_lanes quadratic_slope(zs_lanes d, joint_numbers c)
@@ -51,10 +52,10 @@ static inline joint_numbers cubic_numbers(const zs_blend *p)
   return make_joint_numbers(p, 1 / p->parameter[0]);
 }
 
-static inline zs_lanes cubic_rise(zs_lanes d, joint_numbers c)
+static inline zs_lanes cubic_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
   const zs_lanes h = joint_overlap(d, c), u = h * zs_lanes_all(c.factor);
-  return h * u * u * zs_lanes_all(1 / 6.0f);
+  return zs_lanes_multiply_add(h * zs_lanes_all(1 / 6.0f), u * u, base);
 }
 
 static inline zs_lanes cubic_slope(zs_lanes d, joint_numbers c)
@@ -68,12 +69,13 @@ static inline joint_numbers circular_numbers(const zs_blend *p)
   return make_joint_numbers(p, 1 / p->parameter[0]);
 }
 
-static inline zs_lanes circular_rise(zs_lanes d, joint_numbers c)
+static inline zs_lanes circular_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
   const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
   const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
   const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
-  return zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
+  return base +
+         zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
 }
 
 static inline zs_lanes circular_slope(zs_lanes d, joint_numbers c)
@@ -88,9 +90,9 @@ static inline joint_numbers chamfer_numbers(const zs_blend *p)
   return make_joint_numbers(p, 0.5);
 }
 
-static inline zs_lanes chamfer_rise(zs_lanes d, joint_numbers c)
+static inline zs_lanes chamfer_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
-  return zs_lanes_all(0.5f) * joint_overlap(d, c);
+  return zs_lanes_multiply_add(zs_lanes_all(0.5f), joint_overlap(d, c), base);
 }
 
 static inline zs_lanes chamfer_slope(zs_lanes d, joint_numbers c)
@@ -104,16 +106,30 @@ static inline joint_numbers extremum_numbers(const zs_blend *p)
   return make_joint_numbers(p, 0);
 }
 
-static inline zs_lanes extremum_rise(zs_lanes d, joint_numbers c)
+static inline zs_lanes extremum_rise(zs_lanes base, zs_lanes d, joint_numbers c)
+{
+  (void)d;
+  (void)c;
+  return base;
+}
+
+static inline zs_lanes extremum_slope(zs_lanes d, joint_numbers c)
 {
   (void)d;
   (void)c;
   return zs_lanes_all(0);
 }
 
-static inline zs_lanes extremum_slope(zs_lanes d, joint_numbers c)
+/* The union of a and b. */
+ZS_INLINE zs_lanes joined(zs_lanes a, zs_lanes b, joint_numbers c, joint_profile *rise)
 {
-  return extremum_rise(d, c);
+  return rise(zs_lanes_larger(a, b), zs_lanes_absolute(a - b), c);
+}
+
+/* Their union or intersection. */
+ZS_INLINE zs_lanes joined_by_side(zs_lanes a, zs_lanes b, joint_numbers c, joint_profile *rise)
+{
+  return c.side > 0 ? joined(a, b, c, rise) : -joined(-a, -b, c, rise);
 }
 
 /* The derivatives of a joint by its operands; `slope` is that of its profile. */
@@ -172,13 +188,11 @@ ZS_INLINE zs_intervals smooth_range(zs_intervals a, zs_intervals b, joint_number
   zs_set_bits(&choice->copy[0], part, a_copied);
   zs_set_bits(&choice->copy[1], part, b_copied);
   choose_by_sign(choice, part, a, b, is_union, result, inputs);
-  const zs_lanes side = zs_lanes_all(c.side), slack = zs_lanes_all(4 * JOINT_UNIT * c.k);
-  const zs_lanes lo_rise = side * rise(zs_lanes_absolute(a.lo - b.lo), c);
-  const zs_lanes hi_rise = side * rise(zs_lanes_absolute(a.hi - b.hi), c);
-  const zs_lanes lo = is_union ? zs_lanes_larger(a.lo, b.lo) : zs_lanes_smaller(a.lo, b.lo);
-  const zs_lanes hi = is_union ? zs_lanes_larger(a.hi, b.hi) : zs_lanes_smaller(a.hi, b.hi);
+  const zs_lanes slack = zs_lanes_all(4 * JOINT_UNIT * c.k);
+  const zs_lanes lo = joined_by_side(a.lo, b.lo, c, rise);
+  const zs_lanes hi = joined_by_side(a.hi, b.hi, c, rise);
   /* The correction's error is relative to the reach. */
-  zs_intervals f = zs_intervals_widened(lo + lo_rise - slack, hi + hi_rise + slack, 2);
+  zs_intervals f = zs_intervals_widened(lo - slack, hi + slack, 2);
   f = zs_intervals_checked(f.lo, f.hi, both);
   return zs_intervals_select(a_copied, a, zs_intervals_select(b_copied, b, f));
 }

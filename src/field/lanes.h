@@ -57,14 +57,31 @@ static inline zs_lanes zs_lanes_known(zs_lanes_mask mask, zs_lanes x)
   return (zs_lanes)((zs_lanes_mask)x | ~mask);
 }
 
+/* a < b ? a : b, and a > b ? a : b, which compilers do not recognize. */
 static inline zs_lanes zs_lanes_smaller(zs_lanes a, zs_lanes b)
 {
+#if defined __AVX512F__
+  return (zs_lanes)_mm512_min_ps((__m512)a, (__m512)b);
+#elif defined __AVX__
+  return (zs_lanes)_mm256_min_ps((__m256)a, (__m256)b);
+#elif defined __SSE2__
+  return (zs_lanes)_mm_min_ps((__m128)a, (__m128)b);
+#else
   return zs_lanes_select(a < b, a, b);
+#endif
 }
 
 static inline zs_lanes zs_lanes_larger(zs_lanes a, zs_lanes b)
 {
+#if defined __AVX512F__
+  return (zs_lanes)_mm512_max_ps((__m512)a, (__m512)b);
+#elif defined __AVX__
+  return (zs_lanes)_mm256_max_ps((__m256)a, (__m256)b);
+#elif defined __SSE2__
+  return (zs_lanes)_mm_max_ps((__m128)a, (__m128)b);
+#else
   return zs_lanes_select(a > b, a, b);
+#endif
 }
 
 static inline zs_lanes zs_lanes_absolute(zs_lanes a)
