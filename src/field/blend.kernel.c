@@ -202,7 +202,7 @@ ZS_INLINE void joint_values(const zs_block_arguments *x, joint_numbers c, joint_
   float *out = x->out;
   for (size_t i = 0, n = x->n; i < n; i += ZS_WIDTH) {
     const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
-    zs_lanes_store(out + i, joined_by_side(a, b, c, rise));
+    zs_lanes_store(out + i, joined(a, b, c, rise));
   }
 }
 
@@ -215,7 +215,7 @@ ZS_INLINE void joint_gradients(const zs_block_arguments *x, joint_numbers c, joi
     const zs_lanes a = zs_lanes_load(in_a + i), b = zs_lanes_load(in_b + i);
     const joint_weights weight =
       joint_weights_of(c.side > 0 ? a > b : a < b, slope(zs_lanes_absolute(a - b), c));
-    zs_lanes_store(out + i, joined_by_side(a, b, c, rise));
+    zs_lanes_store(out + i, joined(a, b, c, rise));
     for (size_t row = ZS_BLOCK + i; row < 4 * ZS_BLOCK; row += ZS_BLOCK)
       zs_lanes_store(out + row, weight.a * zs_lanes_load(in_a + row) +
                                   weight.b * zs_lanes_load(in_b + row));

@@ -178,7 +178,7 @@ ZS_INLINE void chain_value(const zs_block_arguments *x, joint_numbers c, joint_p
     }
   }
   for (size_t i = 0; i < n; i += ZS_WIDTH)
-    zs_lanes_store(x->out + i, c.side * zs_lanes_load(so_far + i));
+    zs_lanes_store(x->out + i, (float)chain->blend.side * zs_lanes_load(so_far + i));
 }
 
 /* ---- Gradients ------------------------------------------------------------------------------ */
@@ -331,15 +331,23 @@ ZS_INLINE void chain_bounds(const zs_bounds_arguments *x, unsigned part, joint_n
 
 /* ---- Tables ------------------------------------------------------------------------------- */
 
+static zs_blend as_union(const zs_chain *chain)
+{
+  zs_blend blend = chain->blend;
+  blend.side = ZS_BLEND_UNION;
+  return blend;
+}
+
 #define KERNELS(NAME, DEMAND) \
   static void NAME##_value(const zs_block_arguments *x) \
   { \
-    chain_value(x, NAME##_numbers(&((const zs_chain *)x->data)->blend), NAME##_rise); \
+    const zs_blend blend = as_union(x->data); \
+    chain_value(x, NAME##_numbers(&blend), NAME##_rise); \
   } \
   static void NAME##_gradient(const zs_block_arguments *x) \
   { \
-    chain_gradient(x, NAME##_numbers(&((const zs_chain *)x->data)->blend), NAME##_rise, \
-                   NAME##_slope); \
+    const zs_blend blend = as_union(x->data); \
+    chain_gradient(x, NAME##_numbers(&blend), NAME##_rise, NAME##_slope); \
   } \
   static void NAME##_bounds(const zs_bounds_arguments *x) \
   { \

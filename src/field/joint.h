@@ -21,8 +21,9 @@ static inline joint_numbers make_joint_numbers(const zs_blend *p, double factor)
   return (joint_numbers){(float)p->side, (float)p->parameter[0], (float)factor};
 }
 
-/* What a joint of operands at a distance d of each other adds to the larger one,
- * `base`; and the derivative of that by d. */
+/* `base`, the larger operand of a union or the smaller of an intersection, moved by what
+ * a joint adds or takes away at a distance d of its operands; and the derivative of
+ * that amount by d. */
 typedef zs_lanes joint_profile(zs_lanes base, zs_lanes d, joint_numbers c);
 typedef zs_lanes joint_slope(zs_lanes d, joint_numbers c);
 
@@ -39,7 +40,7 @@ static inline joint_numbers quadratic_numbers(const zs_blend *p)
 static inline zs_lanes quadratic_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
   const zs_lanes h = joint_overlap(d, c);
-  return zs_lanes_multiply_add(h * zs_lanes_all(c.factor), h, base);
+  return zs_lanes_multiply_add(h * zs_lanes_all(c.side * c.factor), h, base);
 }
 
 static inline zs_lanes quadratic_slope(zs_lanes d, joint_numbers c)
@@ -55,7 +56,7 @@ static inline joint_numbers cubic_numbers(const zs_blend *p)
 static inline zs_lanes cubic_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
   const zs_lanes h = joint_overlap(d, c), u = h * zs_lanes_all(c.factor);
-  return zs_lanes_multiply_add(h * zs_lanes_all(1 / 6.0f), u * u, base);
+  return zs_lanes_multiply_add(h * zs_lanes_all(c.side / 6), u * u, base);
 }
 
 static inline zs_lanes cubic_slope(zs_lanes d, joint_numbers c)
@@ -74,8 +75,8 @@ static inline zs_lanes circular_rise(zs_lanes base, zs_lanes d, joint_numbers c)
   const zs_lanes one = zs_lanes_all(1), half = zs_lanes_all(0.5f);
   const zs_lanes t = zs_lanes_smaller(d * zs_lanes_all(c.factor), one);
   const zs_lanes root = zs_lanes_square_root(zs_lanes_all(2) - t * t);
-  return base +
-         zs_lanes_larger(zs_lanes_all(c.k) * (one - half * t - half * root), zs_lanes_all(0));
+  const zs_lanes part = zs_lanes_larger(one - half * t - half * root, zs_lanes_all(0));
+  return zs_lanes_multiply_add(zs_lanes_all(c.side * c.k), part, base);
 }
 
 static inline zs_lanes circular_slope(zs_lanes d, joint_numbers c)
@@ -92,7 +93,7 @@ static inline joint_numbers chamfer_numbers(const zs_blend *p)
 
 static inline zs_lanes chamfer_rise(zs_lanes base, zs_lanes d, joint_numbers c)
 {
-  return zs_lanes_multiply_add(zs_lanes_all(0.5f), joint_overlap(d, c), base);
+  return zs_lanes_multiply_add(zs_lanes_all(c.side / 2), joint_overlap(d, c), base);
 }
 
 static inline zs_lanes chamfer_slope(zs_lanes d, joint_numbers c)
@@ -120,16 +121,11 @@ static inline zs_lanes extremum_slope(zs_lanes d, joint_numbers c)
   return zs_lanes_all(0);
 }
 
-/* The union of a and b. */
+/* The joint of a and b. */
 ZS_INLINE zs_lanes joined(zs_lanes a, zs_lanes b, joint_numbers c, joint_profile *rise)
 {
-  return rise(zs_lanes_larger(a, b), zs_lanes_absolute(a - b), c);
-}
-
-/* Their union or intersection. */
-ZS_INLINE zs_lanes joined_by_side(zs_lanes a, zs_lanes b, joint_numbers c, joint_profile *rise)
-{
-  return c.side > 0 ? joined(a, b, c, rise) : -joined(-a, -b, c, rise);
+  return rise(c.side > 0 ? zs_lanes_larger(a, b) : zs_lanes_smaller(a, b),
+              zs_lanes_absolute(a - b), c);
 }
 
 /* The derivatives of a joint by its operands; `slope` is that of its profile. */
@@ -189,8 +185,8 @@ ZS_INLINE zs_intervals smooth_range(zs_intervals a, zs_intervals b, joint_number
   zs_set_bits(&choice->copy[1], part, b_copied);
   choose_by_sign(choice, part, a, b, is_union, result, inputs);
   const zs_lanes slack = zs_lanes_all(4 * JOINT_UNIT * c.k);
-  const zs_lanes lo = joined_by_side(a.lo, b.lo, c, rise);
-  const zs_lanes hi = joined_by_side(a.hi, b.hi, c, rise);
+  const zs_lanes lo = joined(a.lo, b.lo, c, rise);
+  const zs_lanes hi = joined(a.hi, b.hi, c, rise);
   /* The correction's error is relative to the reach. */
   zs_intervals f = zs_intervals_widened(lo - slack, hi + slack, 2);
   f = zs_intervals_checked(f.lo, f.hi, both);
