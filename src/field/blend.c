@@ -97,14 +97,25 @@ static zs_demand r_alpha_demand(const void *data, zs_demand result)
  * With h = 1 - d/k the best a quadratic joint can do is to lift by
  * d + k h^2 / 4 and to pass on h / 2: nothing above exp(-2.4) per reach.  A cubic
  * one is below exp(-3.9), a circular one below exp(-1.9); a chamfer passes on a
- * half at every reach.  What is left after these many is less than 1e-7 k. */
+ * half at every reach.  What is left after these many, the first of which an operand
+ * needs to be lifted at all, is less than 1e-7 k. */
 static zs_demand smooth_demand(const zs_blend *p, zs_demand result, double reaches)
 {
   const float margin = (float)(reaches * p->parameter[0]);
   return (zs_demand){result.below + margin, result.above + margin};
 }
 
-static zs_demand curved_demand(const void *data, zs_demand result)
+static zs_demand quadratic_demand(const void *data, zs_demand result)
+{
+  return smooth_demand(data, result, 8);
+}
+
+static zs_demand cubic_demand(const void *data, zs_demand result)
+{
+  return smooth_demand(data, result, 6);
+}
+
+static zs_demand circular_demand(const void *data, zs_demand result)
 {
   return smooth_demand(data, result, 10);
 }
@@ -143,21 +154,21 @@ const zs_operation zs_r_displaced = {.name = "r-displaced",
                                      .kernels = zs_r_displaced_kernels_table,
                                      .reference = r_displaced};
 const zs_operation zs_smooth_quadratic = {.name = "smooth-quadratic",
-                                          .demand = curved_demand,
+                                          .demand = quadratic_demand,
                                           .arity = 2,
                                           .choice = true,
                                           .data_size = sizeof(zs_blend),
                                           .kernels = zs_smooth_quadratic_kernels_table,
                                           .reference = smooth_quadratic};
 const zs_operation zs_smooth_cubic = {.name = "smooth-cubic",
-                                          .demand = curved_demand,
+                                          .demand = cubic_demand,
                                       .arity = 2,
                                       .choice = true,
                                       .data_size = sizeof(zs_blend),
                                       .kernels = zs_smooth_cubic_kernels_table,
                                       .reference = smooth_cubic};
 const zs_operation zs_smooth_circular = {.name = "smooth-circular",
-                                          .demand = curved_demand,
+                                          .demand = circular_demand,
                                          .arity = 2,
                                          .choice = true,
                                          .data_size = sizeof(zs_blend),

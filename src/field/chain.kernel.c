@@ -20,7 +20,7 @@ typedef struct link {
   unsigned alike;          /* links from this one on that differ in numbers only */
 } link;
 
-enum { PREPARED = 64 /* links at a time */ };
+enum { PREPARED = 128 /* links at a time, which fit into the nearest cache */ };
 
 #define SHAPES(F) \
   F(BALL, ball) F(TUBE, tube) F(CUBOID, cuboid) F(CYLINDER, cylinder) F(TORUS, torus) \
@@ -285,8 +285,8 @@ ZS_INLINE void chain_gradient(const zs_block_arguments *x, joint_numbers c, join
 
 /* ---- Bounds --------------------------------------------------------------------------------- */
 
-static zs_intervals link_range(const zs_link *link, const zs_bounds *const in[3], unsigned part,
-                               const zs_frame *frame)
+ZS_INLINE zs_intervals link_range(const zs_link *link, const zs_bounds *const in[3], unsigned part,
+                                  const zs_frame *frame)
 {
   const zs_primitive *p = link->primitive;
   zs_intervals range = {zs_lanes_all(NAN), zs_lanes_all(NAN)};

@@ -22,6 +22,7 @@ static void *aligned(size_t count, size_t size)
     return NULL;
   size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
   void *memory = aligned_alloc(ALIGNMENT, bytes ? bytes : ALIGNMENT);
+  zs_memory_is_large(memory, bytes);
   if (memory)
     memset(memory, 0, bytes);
   return memory;

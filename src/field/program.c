@@ -7,19 +7,26 @@
 #include <stdlib.h>
 #include <string.h>
 
+static void *new_list(size_t count, size_t size)
+{
+  void *list = malloc(count * size);
+  zs_memory_is_large(list, count * size);
+  return list;
+}
+
 bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links)
 {
   const size_t n = instructions, m = links ? links : 1;
   *shortener = (zs_shortener){0};
-  shortener->needed = malloc(n * sizeof *shortener->needed);
-  shortener->begun = malloc(n * sizeof *shortener->begun);
-  shortener->stand_ins = malloc(n * sizeof *shortener->stand_ins);
-  shortener->demands = malloc(n * sizeof *shortener->demands);
-  shortener->renamed = malloc(n * sizeof *shortener->renamed);
-  shortener->own = malloc(m * sizeof *shortener->own);
-  uint32_t *kept = malloc(n * ZS_LANES * sizeof *kept);
-  uint32_t *kept_links = malloc(m * ZS_LANES * sizeof *kept_links);
-  uint32_t *forward = malloc(n * (ZS_LANES / ZS_TEAM) * sizeof *forward);
+  shortener->needed = new_list(n, sizeof *shortener->needed);
+  shortener->begun = new_list(n, sizeof *shortener->begun);
+  shortener->stand_ins = new_list(n, sizeof *shortener->stand_ins);
+  shortener->demands = new_list(n, sizeof *shortener->demands);
+  shortener->renamed = new_list(n, sizeof *shortener->renamed);
+  shortener->own = new_list(m, sizeof *shortener->own);
+  uint32_t *kept = new_list(n, ZS_LANES * sizeof *kept);
+  uint32_t *kept_links = new_list(m, ZS_LANES * sizeof *kept_links);
+  uint32_t *forward = new_list(n, ZS_LANES / ZS_TEAM * sizeof *forward);
   for (unsigned l = 0; l < ZS_LANES; l++) {
     shortener->kept[l] = kept ? kept + l * n : NULL;
     shortener->links[l] = kept_links ? kept_links + l * m : NULL;

@@ -14,16 +14,22 @@
 /* A primitive's parameters, by what they are in its formula. */
 typedef struct shape_parameters {
   float a, b, c, r;
-  float size; /* sum of those that are finite */
 } shape_parameters;
 
 static inline shape_parameters make_parameters(double a, double b, double c, double r)
 {
-  const double p[4] = {fabs(a), fabs(b), fabs(c), fabs(r)};
-  double sum = 0;
-  for (int i = 0; i < 4; i++)
-    sum += p[i] < (double)INFINITY ? p[i] : 0;
-  return (shape_parameters){(float)a, (float)b, (float)c, (float)r, (float)sum};
+  return (shape_parameters){(float)a, (float)b, (float)c, (float)r};
+}
+
+static inline float finite_size(float a)
+{
+  return fabsf(a) < INFINITY ? fabsf(a) : 0;
+}
+
+/* The sum of the sizes of those that are finite. */
+static inline float size_of(shape_parameters p)
+{
+  return finite_size(p.a) + finite_size(p.b) + finite_size(p.c) + finite_size(p.r);
 }
 
 static inline shape_parameters ball_parameters(const double *p)
@@ -391,7 +397,7 @@ ZS_INLINE zs_intervals shape_range(const zs_primitive *primitive, const zs_bound
       local[i] = frame && frame->perspective ? zs_row_perspective_bounds(row[i], in, part)
                                              : zs_row_bounds(row[i], in, part);
   }
-  zs_lanes size = zs_lanes_all(parameters.size);
+  zs_lanes size = zs_lanes_all(size_of(parameters));
   zs_lanes_mask known = size == size;
   for (int i = 0; i < 3; i++) {
     m[i] = zs_intervals_absolute(local[i]);

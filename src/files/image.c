@@ -1,5 +1,6 @@
 #include "files/image.h"
 
+#include "base/arena.h"
 #include "base/output.h"
 
 #include <errno.h>
@@ -27,6 +28,7 @@ bool zs_image_allocate(zs_image *image, uint32_t width, uint32_t height, uint32_
   uint8_t *pixels = calloc((size_t)width * height, channels);
   if (!pixels)
     return zs_fail_memory(diag);
+  zs_memory_is_large(pixels, (size_t)width * height * channels);
   *image = (zs_image){width, height, channels, pixels};
   return true;
 }

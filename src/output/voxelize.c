@@ -208,6 +208,7 @@ static bool run(job *j, const zs_grid *grid, zs_quantity quantity, zs_diag *diag
             .brick = {BRICK, BRICK, layers < BRICK ? layers : BRICK},
             .samples = malloc(layers * layer_bytes),
             .evaluations = zs_counters_new(j->threads)};
+  zs_memory_is_large(s.samples, layers * layer_bytes);
   bool done = s.samples && s.evaluations ? run_slabs(j, &s, layers, diag) : zs_fail_memory(diag);
   if (s.evaluations)
     j->report.evaluations = zs_counters_sum(s.evaluations, j->threads);
