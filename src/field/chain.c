@@ -4,18 +4,24 @@
 #include "field/field.h"
 #include "field/scalar.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* ---- Operations --------------------------------------------------------------- */
 
-static double joined(const zs_chain *chain, const zs_operation *joint, double a, double b)
+/* The operation that joins two values by a profile. */
+static const zs_operation *joint_operation(zs_chain_profile profile, double side)
 {
-  const double in[2] = {a, b};
-  if (joint)
-    return joint->reference(&chain->blend, in);
-  return chain->blend.side > 0 ? fmax(a, b) : fmin(a, b);
+  static const zs_operation *const smooth[ZS_CHAIN_COUNT] = {
+    [ZS_CHAIN_QUADRATIC] = &zs_smooth_quadratic,
+    [ZS_CHAIN_CUBIC] = &zs_smooth_cubic,
+    [ZS_CHAIN_CIRCULAR] = &zs_smooth_circular,
+    [ZS_CHAIN_CHAMFER] = &zs_smooth_chamfer,
+  };
+  if (profile != ZS_CHAIN_EXTREMUM)
+    return smooth[profile];
+  return zs_scalar_operation(side > 0 ? ZS_FUNCTION_MAXIMUM : ZS_FUNCTION_MINIMUM,
+                             ZS_FORM_REGISTERS);
 }
 
 static double link_value(const zs_chain *chain, const zs_link *link, const double in[])
@@ -25,13 +31,13 @@ static double link_value(const zs_chain *chain, const zs_link *link, const doubl
   return link->negated ? -value : value;
 }
 
-static double reference(const void *data, const double in[], const zs_operation *joint)
+static double reference(const zs_chain *chain, const double in[], zs_chain_profile profile)
 {
-  const zs_chain *chain = data;
+  const zs_operation *joint = joint_operation(profile, chain->blend.side);
   double f = in[ZS_CHAIN_SO_FAR];
   for (uint32_t i = 0; i < chain->count; i++) {
-    const double link = link_value(chain, &chain->links[i], in);
-    f = i || !chain->begins ? joined(chain, joint, f, link) : link;
+    const double link = link_value(chain, &chain->links[i], in), operands[2] = {f, link};
+    f = i || !chain->begins ? joint->reference(&chain->blend, operands) : link;
   }
   return f;
 }
@@ -47,30 +53,25 @@ static unsigned used(const void *data)
   return inputs;
 }
 
-static zs_demand extremum_demand(const void *data, zs_demand result)
+static zs_demand demand(const zs_chain *chain, zs_demand result, zs_chain_profile profile)
 {
-  (void)data;
-  return result;
+  return joint_operation(profile, chain->blend.side)->demand(&chain->blend, result);
 }
 
-#define SMOOTH(NAME) \
+#define DEFINITION(PROFILE, NAME) \
   static double NAME##_reference(const void *data, const double in[]) \
   { \
-    return reference(data, in, &zs_smooth_##NAME); \
+    return reference(data, in, PROFILE); \
   } \
   static zs_demand NAME##_demand(const void *data, zs_demand result) \
   { \
-    return zs_smooth_##NAME.demand(&((const zs_chain *)data)->blend, result); \
+    return demand(data, result, PROFILE); \
   }
-SMOOTH(quadratic)
-SMOOTH(cubic)
-SMOOTH(circular)
-SMOOTH(chamfer)
-
-static double extremum_reference(const void *data, const double in[])
-{
-  return reference(data, in, NULL);
-}
+DEFINITION(ZS_CHAIN_EXTREMUM, extremum)
+DEFINITION(ZS_CHAIN_QUADRATIC, quadratic)
+DEFINITION(ZS_CHAIN_CUBIC, cubic)
+DEFINITION(ZS_CHAIN_CIRCULAR, circular)
+DEFINITION(ZS_CHAIN_CHAMFER, chamfer)
 
 #define LIST(PROFILE) [PROFILE] = ZS_VARIANTS(zs_chain_kernels, [PROFILE])
 static const zs_kernels *const kernels[ZS_CHAIN_COUNT][ZS_ISA_COUNT] = {
@@ -101,28 +102,21 @@ typedef struct joint {
  * chains have. */
 static bool joint_of(const zs_instruction *instruction, joint *j)
 {
-  static const zs_operation *const smooth[ZS_CHAIN_COUNT] = {
-    [ZS_CHAIN_QUADRATIC] = &zs_smooth_quadratic,
-    [ZS_CHAIN_CUBIC] = &zs_smooth_cubic,
-    [ZS_CHAIN_CIRCULAR] = &zs_smooth_circular,
-    [ZS_CHAIN_CHAMFER] = &zs_smooth_chamfer,
-  };
   const zs_operation *operation = instruction->operation;
-  const bool is_maximum =
-    operation == zs_scalar_operation(ZS_FUNCTION_MAXIMUM, ZS_FORM_REGISTERS);
-  if (is_maximum || operation == zs_scalar_operation(ZS_FUNCTION_MINIMUM, ZS_FORM_REGISTERS)) {
-    const zs_blend_side side = is_maximum ? ZS_BLEND_UNION : ZS_BLEND_INTERSECTION;
-    *j = (joint){ZS_CHAIN_EXTREMUM, {.side = side}};
-    return true;
-  }
   for (unsigned p = 0; p < ZS_CHAIN_COUNT; p++) {
+    const zs_chain_profile profile = (zs_chain_profile)p;
+    const bool is_union = operation == joint_operation(profile, ZS_BLEND_UNION);
     const bool chain = operation == &operations[p];
-    if (chain || operation == smooth[p]) {
-      const void *data = instruction->data;
-      *j = (joint){(zs_chain_profile)p,
-                   chain ? ((const zs_chain *)data)->blend : *(const zs_blend *)data};
-      return true;
-    }
+    if (!chain && !is_union && operation != joint_operation(profile, ZS_BLEND_INTERSECTION))
+      continue;
+    j->profile = profile;
+    if (chain)
+      j->blend = ((const zs_chain *)instruction->data)->blend;
+    else if (profile == ZS_CHAIN_EXTREMUM)
+      j->blend = (zs_blend){.side = is_union ? ZS_BLEND_UNION : ZS_BLEND_INTERSECTION};
+    else
+      j->blend = *(const zs_blend *)instruction->data;
+    return true;
   }
   return false;
 }

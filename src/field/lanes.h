@@ -84,6 +84,11 @@ static inline zs_lanes zs_lanes_larger(zs_lanes a, zs_lanes b)
 #endif
 }
 
+static inline zs_lanes zs_lanes_clamped(zs_lanes a, zs_lanes lo, zs_lanes hi)
+{
+  return zs_lanes_smaller(zs_lanes_larger(a, lo), hi);
+}
+
 static inline zs_lanes zs_lanes_absolute(zs_lanes a)
 {
   return (zs_lanes)((zs_lanes_mask)a & INT32_MAX);

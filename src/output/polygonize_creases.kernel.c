@@ -24,11 +24,6 @@ static inline zs_lanes dot(const vector a, const vector b)
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static inline zs_lanes clamped(zs_lanes a, zs_lanes lo, zs_lanes hi)
-{
-  return zs_lanes_smaller(zs_lanes_larger(a, lo), hi);
-}
-
 static inline zs_lanes ones_where(zs_lanes_mask mask)
 {
   return zs_lanes_select(mask, zs_lanes_all(1), zs_lanes_all(0));
@@ -222,11 +217,11 @@ static void find_rooms(zs_settling *s, const zs_room *room)
     const zs_lanes first = zs_lanes_all(room->first[k]), last = zs_lanes_all(room->last[k]);
     for (unsigned i = 0; i < s->count; i += ZS_WIDTH) {
       const zs_lanes corner = room->side[k] * zs_lanes_load(s->corner[k] + i);
-      const zs_lanes lo = clamped(corner - room->below[k], first, last);
-      const zs_lanes hi = clamped(corner + room->above[k], first, last);
+      const zs_lanes lo = zs_lanes_clamped(corner - room->below[k], first, last);
+      const zs_lanes hi = zs_lanes_clamped(corner + room->above[k], first, last);
       zs_lanes_store(s->lo[k] + i, lo);
       zs_lanes_store(s->hi[k] + i, hi);
-      zs_lanes_store(s->from[k] + i, clamped(zs_lanes_load(s->place[k] + i), lo, hi));
+      zs_lanes_store(s->from[k] + i, zs_lanes_clamped(zs_lanes_load(s->place[k] + i), lo, hi));
     }
   }
 }
@@ -250,7 +245,7 @@ static void end_lines(zs_settling *s, float reach)
     }
     length = zs_lanes_larger(length, zs_lanes_all(0));
     for (int k = 0; k < 3; k++)
-      to[k] = clamped(from[k] + length * step[k], lo[k], hi[k]);
+      to[k] = zs_lanes_clamped(from[k] + length * step[k], lo[k], hi[k]);
     store(s->to[0] + i, ZS_BLOCK, to);
   }
 }

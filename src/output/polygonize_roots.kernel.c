@@ -5,11 +5,6 @@
 
 extern const zs_root_kernels ZS_KERNELS(zs_root_kernels);
 
-static inline zs_lanes clamped(zs_lanes a, zs_lanes lo, zs_lanes hi)
-{
-  return zs_lanes_smaller(zs_lanes_larger(a, lo), hi);
-}
-
 /* A length in units of that of a vector of lines, at most a quarter. */
 static inline zs_lanes relative(float length, const zs_roots *r, unsigned i)
 {
@@ -65,8 +60,8 @@ static void look(zs_roots *r, float reach)
     const zs_lanes room = zs_lanes_larger(zs_lanes_all(0), reach - width / 2);
     const zs_lanes gap = zs_lanes_smaller(tolerance / 4, width / 2);
     zs_lanes t = zs_lanes_load(b->root + i) + zs_lanes_load(b->side + i) * 0.9f * tolerance;
-    t = clamped(t, middle - room, middle + room);
-    t = clamped(t, low + gap, low + width - gap);
+    t = zs_lanes_clamped(t, middle - room, middle + room);
+    t = zs_lanes_clamped(t, low + gap, low + width - gap);
     zs_lanes_store(b->next + i, t);
     for (int k = 0; k < 3; k++)
       zs_lanes_store(r->at[k] + i,
@@ -119,7 +114,7 @@ static void finish(zs_roots *r, float tolerance, float least)
 {
   for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
     const zs_lanes end = relative(least, r, i);
-    const zs_lanes t = clamped(zs_lanes_load(r->t + i), end, 1 - end);
+    const zs_lanes t = zs_lanes_clamped(zs_lanes_load(r->t + i), end, 1 - end);
     const zs_lanes inside =
       zs_lanes_larger(zs_lanes_all(0), t - 4 * relative(tolerance / 2, r, i));
     for (int k = 0; k < 3; k++) {

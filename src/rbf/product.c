@@ -2,13 +2,8 @@
 
 zs_rbf_multiply_kernel *zs_rbf_multiply_select(void)
 {
-#if defined ZS_WITH_X86_KERNELS
-  static zs_rbf_multiply_kernel *const table[ZS_ISA_COUNT] = {
-    zs_rbf_multiply_baseline, zs_rbf_multiply_avx2, zs_rbf_multiply_avx512};
+  static zs_rbf_multiply_kernel *const table[ZS_ISA_COUNT] = ZS_VARIANTS(zs_rbf_multiply, );
   return table[zs_isa_select()];
-#else
-  return zs_rbf_multiply_baseline;
-#endif
 }
 
 void zs_rbf_multiply(const zs_rbf_product *product, unsigned threads)

@@ -139,11 +139,6 @@ double zs_series_remainder(const zs_series_layout *layout, zs_rbf_kernel kernel,
 
 zs_series_expand *zs_series_expand_select(void)
 {
-#if defined ZS_WITH_X86_KERNELS
-  static zs_series_expand *const table[ZS_ISA_COUNT] = {
-    zs_series_expand_baseline, zs_series_expand_avx2, zs_series_expand_avx512};
+  static zs_series_expand *const table[ZS_ISA_COUNT] = ZS_VARIANTS(zs_series_expand, );
   return table[zs_isa_select()];
-#else
-  return zs_series_expand_baseline;
-#endif
 }
