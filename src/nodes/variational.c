@@ -285,7 +285,7 @@ static fitted *fitted_new(const zs_node *node, const zs_rbf *rbf, const zs_contr
                           zs_diag *diag)
 {
   fitted *f = calloc(1, sizeof *f);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, zs_control_threads(control));
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, NULL, zs_control_threads(control));
   if (!f || !sum) {
     free(f);
     zs_rbf_sum_free(sum);

@@ -1,11 +1,12 @@
-/* Taylor series of radial sums, in three dimensions.
+/* Taylor series of radial sums, in space.
  *
  * About a point m, every centre c with |c - m| > |t| has the series
  *
  *   phi(|m + t - c|) = sum_k R^(2a - k) |t|^k C_k (cos angle),   R = |m - c|,
  *
  * phi = r^2a, with Gegenbauer polynomials C_k; the logarithmic kernels have
- * others like them.  Series of many centres about the same point add up to one
+ * others like them.  Where c lies outside of space, in a fit of more dimensions,
+ * R is the distance there, and all the rest stays true.  Series of many centres about the same point add up to one
  * polynomial, so that what nearly cancels in the sum has cancelled before
  * anything is bounded or evaluated. */
 #ifndef ZS_RBF_SERIES_H
@@ -14,9 +15,10 @@
 #include "field/operation.h"
 #include "rbf/kernel.h"
 
-/* One centre, as the loops read it. */
+/* One centre, as the loops read it.  The lift is the square of its distance from
+ * space: 0, but for fits of more than three dimensions. */
 typedef struct zs_rbf_centre {
-  double x, y, z, weight;
+  double x, y, z, lift, weight;
 } zs_rbf_centre;
 
 enum {

@@ -1,7 +1,7 @@
 /* Taylor series of radial sums.  Compiled once per instruction set.
  *
- * About t = 0, with y = middle - centre, s = y.y, and phi as a function F of
- * the squared distance s + 2 y.t + t.t,
+ * About t = 0, with y = middle - centre, s = y.y + lift, and phi as a function F
+ * of the squared distance s + 2 y.t + t.t,
  *
  *   F = sum_n F_n (2 y.t + t.t)^n,              F_n = F^(n) (s) / n!
  *     = sum_ij F_(i+j) binomial (i + j, j) 2^i (y.t)^i (t.t)^j.
@@ -38,7 +38,7 @@ static void gather(group *g, zs_rbf_kernel kernel, const double middle[3],
     const unsigned v = i / ZS_WIDTH, lane = i % ZS_WIDTH;
     const zs_rbf_centre *c = &centres[list[i < count ? i : 0]];
     double x = middle[0] - c->x, y = middle[1] - c->y, z = middle[2] - c->z;
-    double square = x * x + y * y + z * z;
+    double square = x * x + y * y + z * z + c->lift;
     g->y[0][v][lane] = x;
     g->y[1][v][lane] = y;
     g->y[2][v][lane] = z;

@@ -27,7 +27,7 @@ static double reference(const void *data, const double in[])
   for (size_t j = 0; j < sum->count; j++) {
     const zs_rbf_centre *c = &sum->centres[j];
     double x = in[0] - c->x, y = in[1] - c->y, z = in[2] - c->z;
-    f += c->weight * zs_rbf_phi(sum->kernel, x * x + y * y + z * z);
+    f += c->weight * zs_rbf_phi(sum->kernel, x * x + y * y + z * z + c->lift);
   }
   return f;
 }
@@ -53,8 +53,45 @@ static double typical_slope(const zs_rbf_sum *sum)
   return sqrt(square / (double)samples);
 }
 
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads)
+/* A centre as seen from space; `slice` has the coordinates beyond it. */
+static zs_rbf_centre centre_of(const zs_rbf *rbf, const double *slice, size_t j)
 {
+  const double *c = rbf->centres + rbf->dimension * j;
+  zs_rbf_centre centre = {c[0], c[1], rbf->dimension > 2 ? c[2] : 0, 0, rbf->weights[j]};
+  for (unsigned k = 3; k < rbf->dimension; k++)
+    centre.lift += (slice[k - 3] - c[k]) * (slice[k - 3] - c[k]);
+  return centre;
+}
+
+/* The polynomial of a fit as one of x, y and z. */
+static void slice_polynomial(const zs_rbf *rbf, const double *slice, double polynomial[10])
+{
+  /* Of products of 1, x, y and z, by rows. */
+  static const uint8_t index[4][4] = {{0, 1, 2, 3}, {1, 4, 5, 6}, {2, 5, 7, 8}, {3, 6, 8, 9}};
+  const unsigned dimension = rbf->dimension;
+  const double *c = rbf->polynomial, *end = rbf->polynomial + rbf->terms;
+  /* The variables: 1 or one of the coordinates, times a number. */
+  unsigned variable[ZS_RBF_MAXIMUM_DIMENSION];
+  double factor[ZS_RBF_MAXIMUM_DIMENSION];
+  for (unsigned k = 0; k < dimension; k++) {
+    variable[k] = k < 3 ? k + 1 : 0;
+    factor[k] = k < 3 ? 1 : slice[k - 3];
+  }
+  memset(polynomial, 0, 10 * sizeof *polynomial);
+  if (c < end)
+    polynomial[0] += *c++;
+  for (unsigned k = 0; k < dimension && c < end; k++)
+    polynomial[variable[k]] += factor[k] * *c++;
+  for (unsigned i = 0; i < dimension; i++)
+    for (unsigned j = i; j < dimension && c < end; j++)
+      polynomial[index[variable[i]][variable[j]]] += factor[i] * factor[j] * *c++;
+}
+
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, unsigned threads)
+{
+  double slice[ZS_RBF_MAXIMUM_DIMENSION - 3];
+  for (unsigned k = 3; k < rbf->dimension; k++)
+    slice[k - 3] = (extra[k - 3] - rbf->centre[k]) / rbf->size;
   zs_rbf_sum *sum = calloc(1, sizeof *sum);
   zs_rbf_centre *centres = malloc(rbf->count * sizeof *centres);
   if (!sum || !centres) {
@@ -62,14 +99,12 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads)
     free(centres);
     return NULL;
   }
-  for (size_t j = 0; j < rbf->count; j++) {
-    const double *c = rbf->centres + 3 * j;
-    centres[j] = (zs_rbf_centre){c[0], c[1], c[2], rbf->weights[j]};
-  }
+  for (size_t j = 0; j < rbf->count; j++)
+    centres[j] = centre_of(rbf, slice, j);
   sum->kernel = rbf->kernel;
   sum->count = sum->whole_count = rbf->count;
   sum->centres = centres;
-  memcpy(sum->polynomial, rbf->polynomial, rbf->terms * sizeof *sum->polynomial);
+  slice_polynomial(rbf, slice, sum->polynomial);
   const double slope = typical_slope(sum);
   sum->tolerance = RESOLUTION * slope;
   sum->expand = zs_series_expand_select();
@@ -116,7 +151,7 @@ static bool ball_around(const float lo[3], const float hi[3], ball *b)
 static bool is_far(const zs_rbf_sum *sum, const ball *b, const zs_rbf_centre *c)
 {
   const double x = c->x - b->middle[0], y = c->y - b->middle[1], z = c->z - b->middle[2];
-  const double r = sqrt(x * x + y * y + z * z), allowed = sum->tolerance / (double)sum->whole_count;
+  const double r = sqrt(x * x + y * y + z * z + c->lift), allowed = sum->tolerance / (double)sum->whole_count;
   if (b->radius >= 0.5 * r)
     return false;
   return fabs(c->weight) * zs_series_remainder(sum->layout, sum->kernel, r, b->radius / r) <=

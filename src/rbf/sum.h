@@ -30,8 +30,11 @@ typedef struct zs_rbf_sum {
   zs_series_expand *expand;
 } zs_rbf_sum;
 
-/* Copy a three-dimensional fit and enclose it; NULL when memory is out. */
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned threads);
+/* Copy a fit and enclose it; NULL when memory is out.  Of a fit in more than three
+ * dimensions it is the slice where the others are `extra`, dimension - 3 numbers
+ * in the scene's units (else NULL will do); a fit in the plane must be given 0 as
+ * z. */
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, unsigned threads);
 void zs_rbf_sum_free(void *sum);
 
 /* A cheaper sum for the box lo .. hi, from `arena`, or `data` itself where

@@ -11,7 +11,7 @@
 enum {
   VECTORS = 2, /* accumulators, to hide latencies */
   POINTS = VECTORS * ZS_WIDTH,
-  TILE = 512 /* centres: 16 KB */
+  TILE = 512 /* centres: 20 KB */
 };
 
 typedef zs_vector vector;
@@ -119,7 +119,7 @@ static inline ZS_ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
     const zs_rbf_centre c = centres[j];
     for (unsigned v = 0; v < VECTORS; v++) {
       vector x = point[0][v] - c.x, y = point[1][v] - c.y, z = point[2][v] - c.z;
-      vector s = x * x + y * y + z * z;
+      vector s = x * x + y * y + z * z + c.lift;
       if (!gradient) {
         sum[0][v] += c.weight * zs_vector_phi(kernel, s);
         continue;

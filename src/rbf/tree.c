@@ -92,7 +92,7 @@ static double distance(const builder *b, const double middle[3], uint32_t centre
 {
   const zs_rbf_centre *c = &b->sum->centres[centre];
   double x = middle[0] - c->x, y = middle[1] - c->y, z = middle[2] - c->z;
-  return sqrt(x * x + y * y + z * z);
+  return sqrt(x * x + y * y + z * z + c->lift);
 }
 
 static double radius_of(const cell *c)

@@ -21,33 +21,59 @@ static unsigned machine_isas(void)
 }
 
 /* A sphere's constraints: on it, and beside it on both sides. */
-static zs_rbf *sphere_fit(zs_rbf_kernel kernel, size_t count, uint64_t seed)
+static zs_rbf *sphere_fit(unsigned dimension, zs_rbf_kernel kernel, size_t count, uint64_t seed)
 {
-  double *positions = malloc(9 * count * sizeof *positions);
+  double *positions = malloc(3 * dimension * count * sizeof *positions);
   double *values = malloc(3 * count * sizeof *values);
   assert_non_null(positions);
   assert_non_null(values);
   for (size_t i = 0; i < count; i++) {
-    double p[3], length;
+    double p[ZS_RBF_MAXIMUM_DIMENSION], length;
     do {
-      for (int k = 0; k < 3; k++)
+      length = 0;
+      for (unsigned k = 0; k < dimension; k++) {
         p[k] = random_between(&seed, -1, 1);
-      length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        length += p[k] * p[k];
+      }
+      length = sqrt(length);
     } while (length < 0.1 || length > 1);
-    for (int side = 0; side < 3; side++) {
-      const double radius = 1 + 0.05 * (side - 1);
-      for (int k = 0; k < 3; k++)
-        positions[9 * i + 3 * (size_t)side + (size_t)k] = p[k] / length * radius;
-      values[3 * i + (size_t)side] = 1 - radius;
+    for (unsigned side = 0; side < 3; side++) {
+      const double radius = 1 + 0.05 * ((int)side - 1);
+      for (unsigned k = 0; k < dimension; k++)
+        positions[dimension * (3 * i + side) + k] = p[k] / length * radius;
+      values[3 * i + side] = 1 - radius;
     }
   }
-  const zs_rbf_problem problem = {.dimension = 3, .kernel = kernel, .count = 3 * count,
-                                  .positions = positions, .values = values};
+  const zs_rbf_problem problem = {.dimension = dimension, .kernel = kernel, .degree = 2,
+                                  .count = 3 * count, .positions = positions, .values = values};
   zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, NULL);
   assert_non_null(rbf);
   free(positions);
   free(values);
   return rbf;
+}
+
+/* Where fits of more than three dimensions are cut. */
+static const double slice[2] = {0.1, -0.2};
+
+static zs_rbf_sum *sum_of(const zs_rbf *rbf, unsigned threads)
+{
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension > 3 ? slice : NULL, threads);
+  assert_non_null(sum);
+  return sum;
+}
+
+/* Each kernel in space, then in a slice of 4 or 5 dimensions. */
+enum { CASES = 2 * ZS_RBF_KERNEL_COUNT };
+
+static zs_rbf_kernel kernel_of(unsigned c)
+{
+  return (zs_rbf_kernel)(c % ZS_RBF_KERNEL_COUNT);
+}
+
+static unsigned dimension_of(unsigned c)
+{
+  return c < ZS_RBF_KERNEL_COUNT ? 3 : 4 + c % 2;
 }
 
 enum { ON_CENTRE = 5 }; /* the point of a block that lies on a centre */
@@ -81,10 +107,10 @@ static void blocks_follow_the_definition(void **state)
   (void)state;
   static rows in[3], value, gradient;
   uint64_t seed = 12;
-  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
-    zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 190, 3);
-    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
-    assert_non_null(sum);
+  for (unsigned c = 0; c < CASES; c++) {
+    const zs_rbf_kernel kernel = kernel_of(c);
+    zs_rbf *rbf = sphere_fit(dimension_of(c), kernel, 190, 3);
+    zs_rbf_sum *sum = sum_of(rbf, 2);
     random_points(in, sum, &seed);
     for (unsigned isa = 0; isa < machine_isas(); isa++) {
       const zs_kernels *kernels = zs_rbf_sum_operation(sum->kernel)->kernels[isa];
@@ -134,8 +160,8 @@ static void blocks_work_in_place(void **state)
   (void)state;
   static rows in[3], copy[3], out;
   uint64_t seed = 1;
-  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 60, 9);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
+  zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 60, 9);
+  zs_rbf_sum *sum = sum_of(rbf, 2);
   random_points(in, sum, &seed);
   const zs_kernels *kernels = zs_rbf_sum_operation(ZS_RBF_R3)->kernels[0];
   for (int k = 0; k < 3; k++) {
@@ -152,22 +178,27 @@ static void blocks_work_in_place(void **state)
   zs_rbf_free(rbf);
 }
 
-static void sum_equals_fit(void **state)
+/* So do slices of fits of more dimensions, and fits in the plane. */
+static void sums_equal_fits(void **state)
 {
   (void)state;
-  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 100, 5);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
   uint64_t seed = 4;
-  for (int i = 0; i < 100; i++) {
-    double x[3], u[3];
-    for (int k = 0; k < 3; k++) {
-      x[k] = random_between(&seed, -2, 2);
-      u[k] = (x[k] - rbf->centre[k]) / rbf->size;
+  for (unsigned dimension = 2; dimension <= ZS_RBF_MAXIMUM_DIMENSION; dimension++)
+    for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
+      zs_rbf *rbf = sphere_fit(dimension, (zs_rbf_kernel)kernel, 60, 5);
+      zs_rbf_sum *sum = sum_of(rbf, 2);
+      for (int i = 0; i < 50; i++) {
+        double x[5] = {0, 0, 0, slice[0], slice[1]}, u[3] = {0};
+        for (unsigned k = 0; k < dimension && k < 3; k++) {
+          x[k] = random_between(&seed, -2, 2);
+          u[k] = (x[k] - rbf->centre[k]) / rbf->size;
+        }
+        const double f = zs_rbf_value(rbf, x);
+        assert_true(fabs(reference(sum, u) - f) < 1e-8 * (1 + fabs(f)));
+      }
+      zs_rbf_sum_free(sum);
+      zs_rbf_free(rbf);
     }
-    assert_true(fabs(reference(sum, u) - zs_rbf_value(rbf, x)) < 1e-9);
-  }
-  zs_rbf_sum_free(sum);
-  zs_rbf_free(rbf);
 }
 
 /* Random boxes of all sizes inside the cube that the tree covers hold their
@@ -177,9 +208,10 @@ static void bounds_hold_samples(void **state)
 {
   (void)state;
   uint64_t seed = 31;
-  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
-    zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 100, 4);
-    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2);
+  for (unsigned c = 0; c < CASES; c++) {
+    const zs_rbf_kernel kernel = kernel_of(c);
+    zs_rbf *rbf = sphere_fit(dimension_of(c), kernel, 100, 4);
+    zs_rbf_sum *sum = sum_of(rbf, 2);
     unsigned decided = 0, small = 0;
     for (int round = 0; round < 25; round++) {
       static rows in[3], out;
@@ -289,9 +321,10 @@ static void restricted_sums_equal_the_whole(void **state)
   (void)state;
   const float cube_lo[3] = {-0.8f, -0.8f, -0.8f}, cube_hi[3] = {0.8f, 0.8f, 0.8f};
   uint64_t seed = 77;
-  for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
-    zs_rbf *rbf = sphere_fit((zs_rbf_kernel)kernel, 150, 3);
-    zs_rbf_sum *whole = zs_rbf_sum_new(rbf, 2);
+  for (unsigned c = 0; c < CASES; c++) {
+    const zs_rbf_kernel kernel = kernel_of(c);
+    zs_rbf *rbf = sphere_fit(dimension_of(c), kernel, 150, 3);
+    zs_rbf_sum *whole = sum_of(rbf, 2);
     zs_arena arena = {0};
     unsigned shorter = 0, nested = 0;
     for (int i = 0; i < 12; i++) {
@@ -322,8 +355,8 @@ static void restricted_sums_equal_the_whole(void **state)
 static void bounds_are_unknown_outside(void **state)
 {
   (void)state;
-  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 40, 4);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 1);
+  zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 40, 4);
+  zs_rbf_sum *sum = sum_of(rbf, 1);
   const float boxes[][2] = {{-1, 5.5f}, {-INFINITY, INFINITY}, {NAN, NAN}, {12, 13}};
   for (size_t i = 0; i < sizeof boxes / sizeof *boxes; i++) {
     float f[2];
@@ -339,8 +372,8 @@ static void bounds_are_unknown_outside(void **state)
 static void threads_build_the_same_tree(void **state)
 {
   (void)state;
-  zs_rbf *rbf = sphere_fit(ZS_RBF_R3, 60, 4);
-  zs_rbf_sum *one = zs_rbf_sum_new(rbf, 1), *three = zs_rbf_sum_new(rbf, 3);
+  zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 60, 4);
+  zs_rbf_sum *one = sum_of(rbf, 1), *three = sum_of(rbf, 3);
   assert_int_equal(zs_rbf_tree_bytes(one->tree), zs_rbf_tree_bytes(three->tree));
   uint64_t seed = 3;
   for (int i = 0; i < 1000; i++) {
@@ -363,7 +396,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(blocks_follow_the_definition),
     cmocka_unit_test(blocks_work_in_place),
-    cmocka_unit_test(sum_equals_fit),
+    cmocka_unit_test(sums_equal_fits),
     cmocka_unit_test(bounds_hold_samples),
     cmocka_unit_test(restricted_sums_equal_the_whole),
     cmocka_unit_test(bounds_are_unknown_outside),
