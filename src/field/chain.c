@@ -80,7 +80,7 @@ static const zs_kernels *const kernels[ZS_CHAIN_COUNT][ZS_ISA_COUNT] = {
 };
 
 #define OPERATION(PROFILE, NAME) \
-  [PROFILE] = {.name = #NAME " chain", .arity = 4, .choice = true, .chain = true, \
+  [PROFILE] = {.name = #NAME " chain", .arity = 4, .chain = true, \
                .demand = NAME##_demand, .used = used, .kernels = kernels[PROFILE], \
                .reference = NAME##_reference},
 static const zs_operation operations[ZS_CHAIN_COUNT] = {
@@ -236,7 +236,7 @@ static bool place_chain(former *w, uint32_t slot, const joint *j, uint32_t so_fa
   const uint32_t *at = w->first->in;
   const zs_instruction made = {.operation = &operations[j->profile],
                                .data = chain,
-                               .link = w->links_placed,
+                               .ordinal = w->links_placed,
                                .in = {at[0], at[1], at[2], so_far == NONE ? at[0] : so_far}};
   w->instructions[slot] = made;
   w->links_placed += chain->count;

@@ -16,6 +16,8 @@ enum {
 /* A regional program is worth having when it is this part of its parent. */
 static const double WORTHWHILE = 0.8;
 
+/* Nothing is read of an evaluator's memory that has not been written: pages of it that a
+ * job has no use for are never touched. */
 static void *aligned(size_t count, size_t size)
 {
   if (count > SIZE_MAX / 2 / size)
@@ -23,8 +25,6 @@ static void *aligned(size_t count, size_t size)
   size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
   void *memory = aligned_alloc(ALIGNMENT, bytes ? bytes : ALIGNMENT);
   zs_memory_is_large(memory, bytes);
-  if (memory)
-    memset(memory, 0, bytes);
   return memory;
 }
 
@@ -185,14 +185,11 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
       arguments.in[k] =
         in < ZS_COORDINATES ? &boxes->axis[in] : &eval->bounds[program->registers[in]];
       if (operation->restricted)
-        eval->regional[instruction->regional][k] = *arguments.in[k];
+        eval->regional[instruction->ordinal][k] = *arguments.in[k];
     }
-    arguments.choice = NULL;
-    if (operation->choice) {
-      arguments.choice = &eval->choices[instruction->choice];
-      arguments.demand = program->demands[instruction->choice];
-    }
-    arguments.links = operation->chain ? &eval->links[instruction->link] : NULL;
+    arguments.demand = instruction->demand;
+    arguments.choice = operation->choice ? &eval->choices[instruction->ordinal] : NULL;
+    arguments.links = operation->chain ? &eval->links[instruction->ordinal] : NULL;
     arguments.out = i == last ? result : &eval->bounds[program->registers[i]];
     operation->kernels[eval->isa]->bounds(&arguments);
   }
@@ -205,7 +202,7 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
 static bool pays(const zs_shortener *shortener, const zs_program *program, unsigned lane)
 {
   return program->regional_count ||
-         shortener->count[lane] + shortener->link_count[lane] <
+         shortener->kept[lane] + shortener->link_count[lane] <
            WORTHWHILE * zs_program_length(program);
 }
 
@@ -214,7 +211,7 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
                                const zs_program *result[ZS_LANES])
 {
   zs_shortener *shortener = &eval->shortener;
-  bool can_shorten = program->choice_count || program->regional_count;
+  const bool can_shorten = zs_program_choices(program) || program->regional_count;
   if (can_shorten)
     zs_shortener_list(shortener, program->instructions, program->count, eval->choices, eval->links,
                       lanes, request);
@@ -229,7 +226,7 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
       continue;
     }
     for (unsigned m = 0; m < l && !result[l] && !program->regional_count; m++)
-      if (lanes >> m & 1 && zs_shortener_equal(shortener, program->instructions, l, m))
+      if (lanes >> m & 1 && zs_shortener_equal(shortener, l, m))
         result[l] = result[m];
     if (!result[l])
       result[l] = zs_shortener_emit(shortener, program->instructions, l, request, regional, arena);

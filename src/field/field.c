@@ -33,7 +33,7 @@ void zs_field_describe(const zs_field *field, zs_field_info *info)
     .nodes = field->nodes,
     .instructions = zs_program_length(field->program),
     .registers = field->program->register_count - ZS_COORDINATES,
-    .choices = field->program->choice_count + field->program->link_count,
+    .choices = zs_program_choices(field->program),
     .fits = field->fit_count,
     .bytes = field->arena.bytes,
   };

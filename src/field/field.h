@@ -29,26 +29,15 @@ struct zs_field {
 /* Whether two instructions do the same, if perhaps to different inputs. */
 bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction *b);
 
-/* Lanes, one bit each, in which an input stands in for an instruction. */
-typedef struct zs_stand_ins {
-  uint16_t input[ZS_MAXIMUM_INPUTS];
-} zs_stand_ins;
-
-enum { ZS_TEAM = 4 /* neighbouring lanes, which are likely to need the same */ };
-
 /* Shortening works on sixteen lanes together: one pass from the result back
- * lists, for every lane, the instructions that it keeps. */
+ * lists, for every lane, the instructions that it needs and what becomes of them. */
 typedef struct zs_shortener {
-  uint16_t *needed;         /* by instruction: lanes that need it */
-  zs_stand_ins *stand_ins;  /* by instruction, of those that any lane needs */
-  uint32_t *forward[ZS_LANES / ZS_TEAM]; /* by team and instruction: what all lanes of the team
-                                            that need it replace it by */
-  zs_demand *demands;       /* by instruction: where it matters */
-  uint32_t *renamed;        /* by instruction: its new index in the lane at hand */
-  uint32_t *own;            /* links of the chain at hand */
-  uint16_t *begun;          /* by instruction: lanes whose chain does without what was before */
-  uint32_t *kept[ZS_LANES]; /* indices in descending order */
-  uint32_t count[ZS_LANES]; /* of them */
+  uint16_t *needed;  /* by instruction: lanes that need it */
+  uint32_t *renamed; /* by instruction: its new index in the lane at hand */
+  uint32_t *own;     /* links of the chain at hand */
+  uint32_t *steps[ZS_LANES]; /* program.c; by descending instruction */
+  uint32_t step_count[ZS_LANES];
+  uint32_t kept[ZS_LANES];   /* how many of the steps keep their instruction */
   uint32_t *links[ZS_LANES]; /* links kept of the chains among them, in the same order */
   uint32_t link_count[ZS_LANES];
   uint64_t hash[ZS_LANES];
@@ -67,8 +56,7 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
                        zs_request request);
 
 /* Whether two listed lanes need the same. */
-bool zs_shortener_equal(const zs_shortener *shortener, const zs_instruction *instructions,
-                        unsigned lane, unsigned other);
+bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other);
 
 /* The program of one listed lane, in `arena`; NULL when memory is out.
  * `regional` holds the inputs' intervals of instructions with a regional form,
@@ -77,6 +65,10 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                                     unsigned lane, zs_request request,
                                     const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
                                     zs_arena *arena);
+
+/* Find where every instruction's result matters if all that matters of the last one's is
+ * its sign.  Where fewer users are left in regional programs, it still matters no further. */
+void zs_find_demands(zs_instruction *instructions, uint32_t count);
 
 enum {
   ZS_EVAL_ROWS = 4,    /* of a register: value and three derivatives */

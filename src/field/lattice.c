@@ -305,7 +305,7 @@ unsigned zs_program_lattice(zs_eval *eval, const zs_program *program, const zs_l
     return points;
   }
   const bool sign_suffices = request == ZS_REQUEST_SIGN;
-  if (!prune || program->regional_count || !(sign_suffices || program->choice_count)) {
+  if (!prune || program->regional_count || !(sign_suffices || zs_program_choices(program))) {
     evaluate_layers(eval, program, lattice, f);
     return points;
   }

@@ -70,9 +70,9 @@ typedef struct zs_bounds_arguments {
   const zs_frame *frame;
   const zs_bounds *in[ZS_MAXIMUM_INPUTS];
   zs_bounds *out;
-  zs_choice *choice; /* zeroed; NULL for operations without a choice, and for chains */
+  zs_choice *choice; /* zeroed; NULL for operations without a choice */
   zs_choice *links;  /* of a chain: by link, between the value so far and the link */
-  zs_demand demand;  /* of the result; for operations with a choice */
+  zs_demand demand;  /* of the result */
 } zs_bounds_arguments;
 
 /* Hot loops, built once per instruction set. */
@@ -97,7 +97,7 @@ typedef struct zs_operation {
   const char *name; /* in listings */
   unsigned arity;
   bool choice; /* bounds can fill in a zs_choice */
-  bool chain;  /* `data` is a zs_chain (chain.h), whose links are choices too */
+  bool chain;  /* `data` is a zs_chain (chain.h), whose links are the choices */
   /* Where the inputs matter if the result matters where `result` says; NULL:
    * everywhere. */
   zs_demand (*demand)(const void *data, zs_demand result);

@@ -14,58 +14,79 @@ static void *new_list(size_t count, size_t size)
   return list;
 }
 
+/* A step of a lane's list: an instruction, and what becomes of it. */
+typedef enum fate {
+  REPLACED,                       /* by input 0; by input k: REPLACED + k */
+  KEPT = ZS_MAXIMUM_INPUTS,
+  BEGUN, /* a chain that is kept, without what was before it */
+  FATE_BITS = 3
+} fate;
+
+static uint32_t make_step(uint32_t index, unsigned fate)
+{
+  return index << FATE_BITS | fate;
+}
+
+static uint32_t step_index(uint32_t step)
+{
+  return step >> FATE_BITS;
+}
+
+static unsigned step_fate(uint32_t step)
+{
+  return step & ((1u << FATE_BITS) - 1);
+}
+
 bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links)
 {
   const size_t n = instructions, m = links ? links : 1;
   *shortener = (zs_shortener){0};
+  if (n >> (32 - FATE_BITS))
+    return false;
   shortener->needed = new_list(n, sizeof *shortener->needed);
-  shortener->begun = new_list(n, sizeof *shortener->begun);
-  shortener->stand_ins = new_list(n, sizeof *shortener->stand_ins);
-  shortener->demands = new_list(n, sizeof *shortener->demands);
-  shortener->renamed = new_list(n, sizeof *shortener->renamed);
+  shortener->renamed = new_list(n + 1, sizeof *shortener->renamed);
   shortener->own = new_list(m, sizeof *shortener->own);
-  uint32_t *kept = new_list(n, ZS_LANES * sizeof *kept);
-  uint32_t *kept_links = new_list(m, ZS_LANES * sizeof *kept_links);
-  uint32_t *forward = new_list(n, ZS_LANES / ZS_TEAM * sizeof *forward);
+  uint32_t *steps = new_list(n, ZS_LANES * sizeof *steps);
+  uint32_t *lane_links = new_list(m, ZS_LANES * sizeof *lane_links);
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    shortener->kept[l] = kept ? kept + l * n : NULL;
-    shortener->links[l] = kept_links ? kept_links + l * m : NULL;
+    shortener->steps[l] = steps ? steps + l * n : NULL;
+    shortener->links[l] = lane_links ? lane_links + l * m : NULL;
   }
-  for (unsigned t = 0; forward && t < ZS_LANES / ZS_TEAM; t++)
-    shortener->forward[t] = forward + t * n;
-  return shortener->needed && shortener->begun && shortener->stand_ins && shortener->demands &&
-         shortener->renamed && shortener->own && kept && kept_links && forward;
+  return shortener->needed && shortener->renamed && shortener->own && steps && lane_links;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
 {
   free(shortener->needed);
-  free(shortener->begun);
-  free(shortener->stand_ins);
-  free(shortener->forward[0]);
-  free(shortener->demands);
   free(shortener->renamed);
   free(shortener->own);
-  free(shortener->kept[0]);
+  free(shortener->steps[0]);
   free(shortener->links[0]);
 }
 
-/* Keep an instruction in some lanes. */
-static void keep(zs_shortener *shortener, unsigned lanes, uint32_t index)
+static uint64_t mixed(uint64_t hash, uint32_t word)
 {
+  return (hash ^ word) * UINT64_C(0x9e3779b97f4a7c15);
+}
+
+/* Put an instruction on the lists of some lanes. */
+static void add_step(zs_shortener *shortener, unsigned lanes, uint32_t index, unsigned fate)
+{
+  const uint32_t step = make_step(index, fate);
   for (; lanes; lanes &= lanes - 1) {
-    unsigned l = (unsigned)__builtin_ctz(lanes);
-    shortener->kept[l][shortener->count[l]++] = index;
-    shortener->hash[l] = (shortener->hash[l] ^ index) * UINT64_C(0x9e3779b97f4a7c15);
+    const unsigned l = (unsigned)__builtin_ctz(lanes);
+    shortener->steps[l][shortener->step_count[l]++] = step;
+    shortener->kept[l] += fate >= KEPT;
+    shortener->hash[l] = mixed(shortener->hash[l], step);
   }
 }
 
 static void keep_link(zs_shortener *shortener, unsigned lanes, uint32_t ordinal)
 {
   for (; lanes; lanes &= lanes - 1) {
-    unsigned l = (unsigned)__builtin_ctz(lanes);
+    const unsigned l = (unsigned)__builtin_ctz(lanes);
     shortener->links[l][shortener->link_count[l]++] = ordinal;
-    shortener->hash[l] = (shortener->hash[l] ^ ~ordinal) * UINT64_C(0x9e3779b97f4a7c15);
+    shortener->hash[l] = mixed(shortener->hash[l], ~ordinal);
   }
 }
 
@@ -77,7 +98,7 @@ static void list_links(zs_shortener *shortener, const zs_instruction *instructio
   const unsigned needed = shortener->needed[index];
   unsigned open = needed, with_links = 0;
   for (uint32_t i = chain->count; open && i-- > 0;) {
-    const uint32_t ordinal = instruction->link + i;
+    const uint32_t ordinal = instruction->ordinal + i;
     const zs_choice all = {.copy = {0}}, *choice = choices ? &choices[ordinal] : &all;
     const unsigned kept = open & ~(choice->copy[0] | (sign ? choice->sign[0] : 0u));
     keep_link(shortener, kept, ordinal);
@@ -85,48 +106,27 @@ static void list_links(zs_shortener *shortener, const zs_instruction *instructio
     open &= ~(kept & (choice->copy[1] | (sign ? choice->sign[1] : 0u)));
   }
   const unsigned begun = chain->begins ? needed : needed & ~open;
-  shortener->begun[index] = (uint16_t)begun;
-  shortener->stand_ins[index].input[ZS_CHAIN_SO_FAR] = (uint16_t)(needed & ~with_links);
+  add_step(shortener, needed & ~with_links, index, REPLACED + ZS_CHAIN_SO_FAR);
+  add_step(shortener, with_links & ~begun, index, KEPT);
+  add_step(shortener, with_links & begun, index, BEGUN);
   shortener->needed[instruction->in[ZS_CHAIN_SO_FAR]] |= (uint16_t)(needed & ~begun);
-  keep(shortener, with_links, index);
   for (unsigned k = 0; k < ZS_CHAIN_SO_FAR; k++)
     shortener->needed[instruction->in[k]] |= (uint16_t)with_links;
 }
 
 /* Hand an instruction's lanes on to the inputs that stand in for it in some of
- * them.  Returns the lanes in which it is replaced. */
+ * them.  Returns the lanes in which nothing does. */
 static unsigned replace(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
                         const zs_choice *choice, bool sign)
 {
-  unsigned needed = shortener->needed[index], replaced = 0;
+  unsigned needed = shortener->needed[index];
   for (unsigned k = 0; k < instruction->operation->arity; k++) {
     const unsigned lanes = (choice->copy[k] | (sign ? choice->sign[k] : 0u)) & needed;
-    shortener->stand_ins[index].input[k] = (uint16_t)lanes;
+    add_step(shortener, lanes, index, REPLACED + k);
     shortener->needed[instruction->in[k]] |= (uint16_t)lanes;
     needed &= ~lanes;
-    replaced |= lanes;
   }
-  return replaced;
-}
-
-/* Chains of instructions that a team replaces alike are long where each lane keeps
- * a few of many operands: one step takes a lane to their end. */
-static void find_forwards(zs_shortener *shortener, const zs_instruction *instructions,
-                          uint32_t count, unsigned team)
-{
-  const unsigned lanes = ((1u << ZS_TEAM) - 1) << (team * ZS_TEAM);
-  uint32_t *forward = shortener->forward[team];
-  for (uint32_t i = 0; i < ZS_COORDINATES; i++)
-    forward[i] = i;
-  for (uint32_t i = ZS_COORDINATES; i < count; i++) {
-    const unsigned needed = shortener->needed[i] & lanes;
-    if (!needed)
-      continue;
-    forward[i] = i;
-    for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++)
-      if ((shortener->stand_ins[i].input[k] & lanes) == needed)
-        forward[i] = forward[instructions[i].in[k]];
-  }
+  return needed;
 }
 
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
@@ -136,7 +136,8 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
   uint16_t *needed = shortener->needed;
   const bool sign = request == ZS_REQUEST_SIGN;
   memset(needed, 0, count * sizeof *needed);
-  memset(shortener->count, 0, sizeof shortener->count);
+  memset(shortener->step_count, 0, sizeof shortener->step_count);
+  memset(shortener->kept, 0, sizeof shortener->kept);
   memset(shortener->link_count, 0, sizeof shortener->link_count);
   memset(shortener->hash, 0, sizeof shortener->hash);
   needed[count - 1] = (uint16_t)lanes;
@@ -146,70 +147,27 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
       continue;
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
-    shortener->stand_ins[i] = (zs_stand_ins){{0}};
     if (operation->chain) {
       list_links(shortener, instruction, i, links, sign);
       continue;
     }
     if (choices && operation->choice)
-      kept &= ~replace(shortener, instruction, i, &choices[instruction->choice], sign);
+      kept = replace(shortener, instruction, i, &choices[instruction->ordinal], sign);
     if (!kept)
       continue;
-    keep(shortener, kept, i);
+    add_step(shortener, kept, i, KEPT);
     for (unsigned k = 0; k < operation->arity; k++)
       needed[instruction->in[k]] |= (uint16_t)kept;
   }
-  for (unsigned team = 0; team < ZS_LANES / ZS_TEAM; team++)
-    if (lanes >> (team * ZS_TEAM) & ((1u << ZS_TEAM) - 1))
-      find_forwards(shortener, instructions, count, team);
 }
 
-/* The instruction that a lane keeps in the place of a needed one. */
-static uint32_t resolved(const zs_shortener *shortener, const zs_instruction *instructions,
-                         unsigned lane, uint32_t index)
+bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other)
 {
-  const uint32_t *forward = shortener->forward[lane / ZS_TEAM];
-  while ((index = forward[index]) >= ZS_COORDINATES) {
-    const zs_stand_ins *stand_ins = &shortener->stand_ins[index];
-    unsigned k = 0;
-    while (k < ZS_MAXIMUM_INPUTS && !(stand_ins->input[k] >> lane & 1))
-      k++;
-    if (k == ZS_MAXIMUM_INPUTS)
-      return index;
-    index = instructions[index].in[k];
-  }
-  return index;
-}
-
-/* How many of a kept instruction's inputs the lane needs. */
-static unsigned needed_inputs(const zs_shortener *shortener, const zs_instruction *instruction,
-                              uint32_t index, unsigned lane)
-{
-  const bool begins = instruction->operation->chain && shortener->begun[index] >> lane & 1;
-  return begins ? ZS_CHAIN_SO_FAR : instruction->operation->arity;
-}
-
-bool zs_shortener_equal(const zs_shortener *shortener, const zs_instruction *instructions,
-                        unsigned lane, unsigned other)
-{
-  const uint32_t count = shortener->count[lane], *kept = shortener->kept[lane];
-  const uint32_t link_count = shortener->link_count[lane], *links = shortener->links[lane];
-  if (shortener->hash[lane] != shortener->hash[other] || count != shortener->count[other] ||
-      link_count != shortener->link_count[other] ||
-      memcmp(kept, shortener->kept[other], count * sizeof *kept) ||
-      memcmp(links, shortener->links[other], link_count * sizeof *links))
-    return false;
-  for (uint32_t e = 0; e < count; e++) {
-    const zs_instruction *instruction = &instructions[kept[e]];
-    const unsigned inputs = needed_inputs(shortener, instruction, kept[e], lane);
-    if (inputs != needed_inputs(shortener, instruction, kept[e], other))
-      return false;
-    for (unsigned k = 0; k < inputs; k++)
-      if (resolved(shortener, instructions, lane, instruction->in[k]) !=
-          resolved(shortener, instructions, other, instruction->in[k]))
-        return false;
-  }
-  return true;
+  const uint32_t count = shortener->step_count[lane], links = shortener->link_count[lane];
+  return shortener->hash[lane] == shortener->hash[other] &&
+         count == shortener->step_count[other] && links == shortener->link_count[other] &&
+         !memcmp(shortener->steps[lane], shortener->steps[other], count * sizeof(uint32_t)) &&
+         !memcmp(shortener->links[lane], shortener->links[other], links * sizeof(uint32_t));
 }
 
 /* Data that is valid where the lane's box is. */
@@ -229,39 +187,50 @@ static const void *restricted_data(const zs_instruction *instruction, unsigned l
 /* The data of a chain with the lane's links, of which the last `left` of its list are
  * not yet placed. */
 static const void *chain_data(zs_shortener *shortener, const zs_instruction *instruction,
-                              uint32_t index, unsigned lane, uint32_t *left, zs_arena *arena)
+                              bool begins, unsigned lane, uint32_t *left, zs_arena *arena)
 {
   const zs_chain *chain = instruction->data;
   const uint32_t *links = shortener->links[lane];
   uint32_t *own = shortener->own, count = 0;
-  while (*left && links[*left - 1] - instruction->link < chain->count)
-    own[count++] = links[--*left] - instruction->link;
-  const bool begins = shortener->begun[index] >> lane & 1;
+  while (*left && links[*left - 1] - instruction->ordinal < chain->count)
+    own[count++] = links[--*left] - instruction->ordinal;
   if (count == chain->count && begins == chain->begins)
     return chain;
   return zs_chain_shortened(chain, begins, own, count, arena);
 }
 
 /* Linear scan from the end: a register is taken at a value's last use and is
- * free again above its definition.  `idle` has room for every register. */
+ * free again above its definition.  `idle` has room for every register and one more. */
 static uint32_t assign_registers(const zs_instruction *instructions, uint32_t count,
                                  uint32_t *registers, uint32_t *idle)
 {
+  enum { USUAL = 2 /* inputs; those that an operation does not have are coordinates */ };
   const uint32_t none = UINT32_MAX;
-  uint32_t used = ZS_COORDINATES, idle_count = 0;
+  uint32_t fresh = ZS_COORDINATES, idle_count = 1;
   for (uint32_t i = 0; i < count; i++)
     registers[i] = i < ZS_COORDINATES ? i : none;
+  idle[0] = fresh;
+  if (count > ZS_COORDINATES) {
+    registers[count - 1] = fresh++;
+    idle[0] = fresh;
+  }
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
-    if (registers[i] == none) /* the result */
-      registers[i] = used++;
+    const zs_instruction *instruction = &instructions[i];
     idle[idle_count++] = registers[i];
-    for (unsigned k = 0; k < instructions[i].operation->arity; k++) {
-      uint32_t in = instructions[i].in[k];
-      if (registers[in] == none)
-        registers[in] = idle_count ? idle[--idle_count] : used++;
+    const unsigned arity = instruction->operation->arity;
+    for (unsigned k = 0; k < USUAL || k < arity; k++) {
+      /* Without a branch, which no processor would foresee. */
+      uint32_t *in = &registers[instruction->in[k]];
+      const uint32_t now = *in, next = idle[idle_count - 1];
+      *in = now == none ? next : now;
+      idle_count -= now == none;
+      if (!idle_count) {
+        idle[0] = ++fresh;
+        idle_count = 1;
+      }
     }
   }
-  return used;
+  return fresh;
 }
 
 bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction *b)
@@ -277,30 +246,32 @@ static void raise_demand(zs_demand *demand, zs_demand by)
   demand->above = by.above > demand->above ? by.above : demand->above;
 }
 
-/* Where each value matters for the sign of the result, from those that use it.
- * Along a chain of the same operation the demand does not grow: what an operand
- * has to be away from the surface to be without influence, it is away from there
- * at every link. */
-static void find_demands(const zs_instruction *instructions, uint32_t count, zs_demand *demands)
+/* Along a chain of the same operation the demand does not grow: what an operand has to
+ * be away from the surface to be without influence, it is away from there at every
+ * link. */
+void zs_find_demands(zs_instruction *instructions, uint32_t count)
 {
   const zs_demand nowhere = {-INFINITY, -INFINITY}, everywhere = {INFINITY, INFINITY};
   for (uint32_t i = 0; i < count; i++)
-    demands[i] = nowhere;
-  demands[count - 1] = (zs_demand){0, 0};
+    instructions[i].demand = nowhere;
+  instructions[count - 1].demand = (zs_demand){0, 0};
   for (uint32_t i = count; i-- > ZS_COORDINATES;) {
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
+    const zs_demand result = instruction->demand;
+    if (result.below == nowhere.below) /* without use */
+      continue;
     const zs_demand inputs =
-      operation->demand ? operation->demand(instruction->data, demands[i]) : everywhere;
+      operation->demand ? operation->demand(instruction->data, result) : everywhere;
     for (unsigned k = 0; k < operation->arity; k++) {
-      const uint32_t in = instruction->in[k];
+      zs_instruction *in = &instructions[instruction->in[k]];
       if (operation->chain && k != ZS_CHAIN_SO_FAR) { /* a coordinate */
-        demands[in] = everywhere;
+        in->demand = everywhere;
         continue;
       }
-      const bool chained = operation->demand && operation->arity > 1 &&
-                           zs_joints_equal(instruction, &instructions[in]);
-      raise_demand(&demands[in], chained ? demands[i] : inputs);
+      const bool chained =
+        operation->demand && operation->arity > 1 && zs_joints_equal(instruction, in);
+      raise_demand(&in->demand, chained ? result : inputs);
     }
   }
 }
@@ -310,7 +281,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                                     const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
                                     zs_arena *arena)
 {
-  const uint32_t *kept = shortener->kept[lane], count = shortener->count[lane] + ZS_COORDINATES;
+  const uint32_t *steps = shortener->steps[lane], count = shortener->kept[lane] + ZS_COORDINATES;
   uint32_t *renamed = shortener->renamed, next = ZS_COORDINATES;
   uint32_t links_left = shortener->link_count[lane];
   zs_program *program = ZS_ARENA_NEW(arena, zs_program, 1);
@@ -322,43 +293,45 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     out[i] = instructions[i];
     renamed[i] = i;
   }
-  for (uint32_t e = shortener->count[lane]; e-- > 0;) {
-    const zs_instruction *instruction = &instructions[kept[e]];
+  for (uint32_t e = shortener->step_count[lane]; e-- > 0;) {
+    const uint32_t index = step_index(steps[e]);
+    const unsigned fate = step_fate(steps[e]);
+    const zs_instruction *instruction = &instructions[index];
+    if (fate < KEPT) {
+      renamed[index] = renamed[instruction->in[fate - REPLACED]];
+      continue;
+    }
     const zs_operation *operation = instruction->operation;
     zs_instruction *copy = &out[next];
     copy->operation = operation;
     copy->data = instruction->data;
-    if (operation->restricted && regional)
-      copy->data = restricted_data(instruction, lane, regional[instruction->regional], arena);
-    else if (operation->chain)
-      copy->data = chain_data(shortener, instruction, kept[e], lane, &links_left, arena);
-    if (operation->chain && !copy->data)
-      return NULL;
-    const unsigned inputs = needed_inputs(shortener, instruction, kept[e], lane);
-    for (unsigned k = 0; k < inputs; k++)
-      copy->in[k] = renamed[resolved(shortener, instructions, lane, instruction->in[k])];
-    for (unsigned k = inputs; k < ZS_MAXIMUM_INPUTS; k++)
-      copy->in[k] = 0;
-    copy->choice = program->choice_count;
-    copy->regional = program->regional_count;
-    copy->link = program->link_count;
-    program->link_count += operation->chain ? ((const zs_chain *)copy->data)->count : 0;
-    program->choice_count += operation->choice;
-    program->regional_count += operation->restricted != NULL;
-    renamed[kept[e]] = next++;
+    copy->demand = instruction->demand;
+    copy->ordinal = 0;
+    /* Inputs that an operation does not have are named 0, a coordinate. */
+#pragma GCC unroll 4
+    for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++)
+      copy->in[k] = renamed[instruction->in[k]];
+    if (operation->chain) {
+      const zs_chain *chain =
+        chain_data(shortener, instruction, fate == BEGUN, lane, &links_left, arena);
+      if (!chain)
+        return NULL;
+      copy->data = chain;
+      if (fate == BEGUN)
+        copy->in[ZS_CHAIN_SO_FAR] = 0;
+      copy->ordinal = program->link_count;
+      program->link_count += chain->count;
+    } else if (operation->choice) {
+      copy->ordinal = program->choice_count++;
+    } else if (operation->restricted) {
+      if (regional)
+        copy->data = restricted_data(instruction, lane, regional[instruction->ordinal], arena);
+      copy->ordinal = program->regional_count++;
+    }
+    renamed[index] = next++;
   }
   program->instructions = out;
   program->count = count;
-  if (program->choice_count) {
-    zs_demand *demands = zs_arena_reserve(arena, program->choice_count, sizeof *demands);
-    if (!demands)
-      return NULL;
-    find_demands(out, count, shortener->demands);
-    for (uint32_t i = ZS_COORDINATES; i < count; i++)
-      if (out[i].operation->choice)
-        demands[out[i].choice] = shortener->demands[i];
-    program->demands = demands;
-  }
   /* The names are not needed any more: their room serves the registers. */
   program->register_count = assign_registers(out, count, registers, renamed);
   program->registers = registers;

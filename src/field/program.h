@@ -8,9 +8,10 @@ typedef struct zs_instruction {
   const zs_operation *operation;
   const void *data;
   uint32_t in[ZS_MAXIMUM_INPUTS]; /* earlier instructions */
-  uint32_t choice;                /* ordinal among instructions with a choice */
-  uint32_t regional;              /* ordinal among those with a regional form */
-  uint32_t link;                  /* ordinal of a chain's first link among those of all chains */
+  /* Among the instructions with a choice, or those with a regional form; a chain's is that
+   * of its first link among those of all chains. */
+  uint32_t ordinal;
+  zs_demand demand; /* where the result matters */
 } zs_instruction;
 
 /* The first three instructions of every program stand for the coordinates: the
@@ -22,7 +23,6 @@ enum { ZS_COORDINATES = 3 };
 typedef struct zs_program {
   const zs_instruction *instructions; /* the last one is the result */
   const uint32_t *registers;          /* the register each one writes */
-  const zs_demand *demands;           /* of instructions with a choice, by ordinal */
   uint32_t count, register_count, choice_count, regional_count, link_count;
   zs_request request;
 } zs_program;
@@ -31,6 +31,12 @@ typedef struct zs_program {
 static inline uint32_t zs_program_length(const zs_program *program)
 {
   return program->count - ZS_COORDINATES + program->link_count;
+}
+
+/* How many choices a program has that bounds can make. */
+static inline uint32_t zs_program_choices(const zs_program *program)
+{
+  return program->choice_count + program->link_count;
 }
 
 /* Sixteen boxes in a frame's local coordinates, closed. */

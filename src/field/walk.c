@@ -149,19 +149,35 @@ static unsigned decide(walker *w, range *parts, unsigned n)
   return left;
 }
 
+/* What is left of a range when it is split. */
+typedef struct refined {
+  range parts[ZS_LANES];
+  unsigned count;
+} refined;
+
+static void refine_range(walker *w, const range *whole, refined *result)
+{
+  if (is_brick(whole)) {
+    result->parts[0] = *whole;
+    result->count = 1;
+    return;
+  }
+  result->count = split(whole, result->parts);
+  if (!w->walk->control || !w->walk->control->brute)
+    result->count = decide(w, result->parts, result->count);
+}
+
 static void walk_range(walker *w, const range *whole)
 {
   if (is_brick(whole)) {
     w->walk->brick(w->walk->visitor, w->thread, whole->lo, w->eval, whole->program);
     return;
   }
-  range parts[ZS_LANES];
-  unsigned n = split(whole, parts);
+  refined r;
   zs_arena_mark mark = zs_arena_mark_here(w->arena);
-  if (!w->walk->control || !w->walk->control->brute)
-    n = decide(w, parts, n);
-  for (unsigned l = 0; l < n; l++)
-    walk_range(w, &parts[l]);
+  refine_range(w, whole, &r);
+  for (unsigned l = 0; l < r.count; l++)
+    walk_range(w, &r.parts[l]);
   if (!w->walk->programs)
     zs_arena_rewind(w->arena, mark);
 }
@@ -180,25 +196,24 @@ static bool add(range_list *list, const range *r)
   return true;
 }
 
-/* Replace every range of a list by what is left of its parts. */
-static bool refine(walker *w, range_list *list)
+/* Replace every range of a list by what is left of its parts.  Early ranges have the
+ * longest programs, which makes them worth sharing among the threads. */
+static bool refine(walker *walkers, unsigned threads, range_list *list)
 {
-  range_list finer = {0};
+  const size_t count = list->count;
+  refined *results = malloc((count ? count : 1) * sizeof *results);
+  if (!results)
+    return false;
+  const unsigned busy = count < threads ? (unsigned)count : threads;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(busy ? busy : 1)
+  for (size_t i = 0; i < count; i++)
+    refine_range(&walkers[omp_get_thread_num()], &list->ranges[i], &results[i]);
   bool done = true;
-  for (size_t i = 0; done && i < list->count; i++) {
-    if (is_brick(&list->ranges[i])) {
-      done = add(&finer, &list->ranges[i]);
-      continue;
-    }
-    range parts[ZS_LANES];
-    unsigned n = split(&list->ranges[i], parts);
-    if (!w->walk->control || !w->walk->control->brute)
-      n = decide(w, parts, n);
-    for (unsigned l = 0; done && l < n; l++)
-      done = add(&finer, &parts[l]);
-  }
-  free(list->ranges);
-  *list = finer;
+  list->count = 0;
+  for (size_t i = 0; i < count; i++)
+    for (unsigned l = 0; done && l < results[i].count; l++)
+      done = add(list, &results[i].parts[l]);
+  free(results);
   return done;
 }
 
@@ -211,14 +226,15 @@ static bool all_bricks(const range_list *list)
 }
 
 /* Cut the lattice into enough ranges to share among the threads. */
-static bool make_tasks(walker *w, unsigned threads, range_list *tasks)
+static bool make_tasks(walker *walkers, unsigned threads, range_list *tasks)
 {
-  range whole = {.program = zs_field_program(w->walk->field)};
-  memcpy(whole.hi, w->walk->count, sizeof whole.hi);
+  const zs_walk *walk = walkers[0].walk;
+  range whole = {.program = zs_field_program(walk->field)};
+  memcpy(whole.hi, walk->count, sizeof whole.hi);
   if (!add(tasks, &whole))
     return false;
   do {
-    if (!refine(w, tasks))
+    if (!refine(walkers, threads, tasks))
       return false;
   } while (tasks->count < (size_t)threads * TASKS_PER_THREAD && !all_bricks(tasks));
   return true;
@@ -268,7 +284,7 @@ bool zs_walk_run(const zs_walk *walk, zs_diag *diag)
   bool done = false;
   range_list tasks = {0};
   if (ready) {
-    if (!make_tasks(&walkers[0], threads, &tasks))
+    if (!make_tasks(walkers, threads, &tasks))
       zs_fail_memory(diag);
     else if (!report_progress(walk, 0) || !run_tasks(walkers, threads, &tasks))
       zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");

@@ -96,9 +96,13 @@ static void store_row(const slicer *s, uint32_t i, uint32_t j, uint32_t count, c
                       size_t stride)
 {
   const size_t at = pixel_index(&s->plane, i, j, count);
-  float row[BRICK];
-  for (uint32_t k = 0; k < count; k++)
-    row[s->plane.mirrored ? count - 1 - k : k] = f[k * stride];
+  float turned[BRICK];
+  const float *row = f;
+  if (s->plane.mirrored || stride != 1) {
+    for (uint32_t k = 0; k < count; k++)
+      turned[s->plane.mirrored ? count - 1 - k : k] = f[k * stride];
+    row = turned;
+  }
   if (s->values) {
     memcpy(s->values + at, row, count * sizeof *row);
     return;
