@@ -1,15 +1,14 @@
 #include "files/points.h"
 
 #include "base/expression.h"
+#include "files/text_file.h"
 
 #include <errno.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-  LINE_SIZE = 4096,
   MAXIMUM_COLUMNS = 64,
   MAXIMUM_ELEMENTS = 32,
   MAXIMUM_POINTS = 100000000,
@@ -21,12 +20,7 @@ static const char *const names[NUMBERS] = {"x", "y", "z", "nx", "ny", "nz", "val
 
 /* A file being read into rows of NUMBERS numbers. */
 typedef struct reader {
-  FILE *stream;
-  const char *path;
-  zs_diag *diag;
-  unsigned line; /* of the text read last; 0 in binary data */
-  char text[LINE_SIZE];
-  size_t length;
+  zs_text_file file; /* its line is 0 in binary data */
   unsigned columns;
   unsigned char role[MAXIMUM_COLUMNS]; /* what each column is: an index of names, or IGNORED */
   bool has[NUMBERS];
@@ -36,9 +30,7 @@ typedef struct reader {
 
 static bool fail(const reader *r, zs_status status, const char *message)
 {
-  const zs_source source = {.name = r->path};
-  const zs_place place = {.source = &source, .line = r->line};
-  return zs_report(r->diag, ZS_ERROR, status, &place, NULL, "%s", message);
+  return zs_text_file_fail(&r->file, status, message);
 }
 
 static bool fail_columns(const reader *r, unsigned columns, const char *expected)
@@ -46,69 +38,6 @@ static bool fail_columns(const reader *r, unsigned columns, const char *expected
   char message[160];
   snprintf(message, sizeof message, "%u columns; expected %s", columns, expected);
   return fail(r, ZS_ERROR_SYNTAX, message);
-}
-
-static bool fail_word(const reader *r, const char *word, size_t length, const char *expected)
-{
-  char message[200];
-  snprintf(message, sizeof message, "'%.*s' is not %s", (int)(length < 40 ? length : 40), word,
-           expected);
-  return fail(r, ZS_ERROR_SYNTAX, message);
-}
-
-/* ---- Lines and words ---------------------------------------------------------- */
-
-typedef enum line_result { LINE_READ, LINE_END, LINE_FAILED } line_result;
-
-/* Read the next line, without its end. */
-static line_result next_line(reader *r)
-{
-  int c;
-  r->length = 0;
-  r->line++;
-  while ((c = getc(r->stream)) != EOF && c != '\n') {
-    if (c == 0) {
-      fail(r, ZS_ERROR_SYNTAX, "a byte 0: this is not a text file");
-      return LINE_FAILED;
-    }
-    if (r->length == LINE_SIZE - 1) {
-      fail(r, ZS_ERROR_SYNTAX, "line is longer than 4095 bytes");
-      return LINE_FAILED;
-    }
-    r->text[r->length++] = (char)c;
-  }
-  r->text[r->length] = '\0';
-  if (ferror(r->stream)) {
-    zs_fail(r->diag, ZS_ERROR_IO, r->path, "cannot be read: %s", strerror(errno));
-    return LINE_FAILED;
-  }
-  return c == EOF && r->length == 0 ? LINE_END : LINE_READ;
-}
-
-static bool is_separator(char c)
-{
-  return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r';
-}
-
-/* The next word at or after *at, up to a separator or comment. */
-static size_t next_word(const char **at)
-{
-  const char *start = *at;
-  while (is_separator(*start))
-    start++;
-  *at = start;
-  if (*start == '#')
-    return 0;
-  size_t length = 0;
-  while (start[length] && start[length] != '#' && !is_separator(start[length]))
-    length++;
-  return length;
-}
-
-/* A whole word as a finite number. */
-static bool number_of(const char *word, size_t length, double *number)
-{
-  return zs_number_parse(word, length, number) == length && isfinite(*number);
 }
 
 /* ---- Rows ------------------------------------------------------------------------ */
@@ -123,7 +52,7 @@ static double *add_row(reader *r)
     size_t capacity = r->capacity ? 2 * r->capacity : 1024;
     double *rows = realloc(r->rows, capacity * NUMBERS * sizeof *rows);
     if (!rows) {
-      zs_fail_memory(r->diag);
+      zs_fail_memory(r->file.diag);
       return NULL;
     }
     r->rows = rows;
@@ -150,7 +79,7 @@ static bool add_column(reader *r, const char *word, size_t length)
     return fail(r, ZS_ERROR_SYNTAX, "more than 64 columns");
   unsigned char role = role_of(word, length);
   if (role != IGNORED && r->has[role])
-    return fail_word(r, word, length, "the only column of that name");
+    return zs_text_file_fail_word(&r->file, word, length, "the only column of that name");
   if (role != IGNORED)
     r->has[role] = true;
   r->role[r->columns++] = role;
@@ -171,7 +100,7 @@ static bool check_columns(const reader *r)
 static bool read_header(reader *r, const char *at)
 {
   size_t length;
-  for (; (length = next_word(&at)) != 0; at += length) {
+  for (; (length = zs_text_word(&at)) != 0; at += length) {
     /* Spreadsheets quote names. */
     bool quoted = length >= 2 && at[0] == '"' && at[length - 1] == '"';
     if (!add_column(r, at + quoted, length - 2 * quoted))
@@ -187,7 +116,7 @@ static bool count_columns(reader *r, const char *at)
     [3] = {0, 1, 2}, [4] = {0, 1, 2, 6}, [6] = {0, 1, 2, 3, 4, 5}, [7] = {0, 1, 2, 3, 4, 5, 6}};
   unsigned columns = 0;
   size_t length;
-  for (; (length = next_word(&at)) != 0; at += length)
+  for (; (length = zs_text_word(&at)) != 0; at += length)
     columns++;
   if (columns != 3 && columns != 4 && columns != 6 && columns != 7)
     return fail_columns(r, columns, "3 (x y z), 4 (and a value), 6 (and a normal), 7 (both), or a "
@@ -205,12 +134,12 @@ static bool read_row(reader *r, const char *at)
   double numbers[NUMBERS + 1];
   unsigned columns = 0;
   size_t length;
-  for (; (length = next_word(&at)) != 0; at += length, columns++) {
+  for (; (length = zs_text_word(&at)) != 0; at += length, columns++) {
     if (columns == r->columns)
       continue;
     unsigned char role = r->role[columns];
-    if (role != IGNORED && !number_of(at, length, &numbers[role]))
-      return fail_word(r, at, length, "a finite number");
+    if (role != IGNORED && !zs_text_number(at, length, &numbers[role]))
+      return zs_text_file_fail_word(&r->file, at, length, "a finite number");
   }
   if (columns != r->columns) {
     char expected[40];
@@ -229,12 +158,12 @@ static bool read_row(reader *r, const char *at)
 /* The rest of a text file, its first line read already. */
 static bool read_text(reader *r)
 {
-  line_result result = LINE_READ;
-  const char *at = r->text;
+  zs_line_result result = ZS_LINE_READ;
+  const char *at = r->file.text;
   if (!strncmp(at, "\xef\xbb\xbf", 3))
     at += 3;
-  while (result == LINE_READ) {
-    size_t length = next_word(&at);
+  while (result == ZS_LINE_READ) {
+    size_t length = zs_text_word(&at);
     double number;
     if (length && !r->columns) {
       if (zs_number_parse(at, length, &number) == 0) {
@@ -247,10 +176,10 @@ static bool read_text(reader *r)
     }
     if (length && !read_row(r, at))
       return false;
-    result = next_line(r);
-    at = r->text;
+    result = zs_text_file_next(&r->file);
+    at = r->file.text;
   }
-  return result == LINE_END;
+  return result == ZS_LINE_END;
 }
 
 /* ---- PLY --------------------------------------------------------------------------- */
@@ -294,7 +223,7 @@ static bool word_is(const char *word, size_t length, const char *expected)
 static size_t step(const char **at, size_t length)
 {
   *at += length;
-  return next_word(at);
+  return zs_text_word(at);
 }
 
 static bool ply_type_of(const reader *r, const char *word, size_t length, ply_type *type)
@@ -305,7 +234,7 @@ static bool ply_type_of(const reader *r, const char *word, size_t length, ply_ty
       return true;
     }
   }
-  return fail_word(r, word, length, "a property type");
+  return zs_text_file_fail_word(&r->file, word, length, "a property type");
 }
 
 static bool ply_read_format(const reader *r, ply *p, const char *at, size_t length)
@@ -317,7 +246,7 @@ static bool ply_read_format(const reader *r, ply *p, const char *at, size_t leng
       return true;
     }
   }
-  return fail_word(r, at, length, "a PLY format");
+  return zs_text_file_fail_word(&r->file, at, length, "a PLY format");
 }
 
 static bool ply_read_element(const reader *r, ply *p, const char *at, size_t length)
@@ -328,8 +257,8 @@ static bool ply_read_element(const reader *r, ply *p, const char *at, size_t len
   *e = (ply_element){.vertex = word_is(at, length, "vertex")};
   length = step(&at, length);
   double count;
-  if (!number_of(at, length, &count) || count < 0 || count > 1e15 || count != floor(count))
-    return fail_word(r, at, length, "a count");
+  if (!zs_text_number(at, length, &count) || count < 0 || count > 1e15 || count != floor(count))
+    return zs_text_file_fail_word(&r->file, at, length, "a count");
   e->count = (unsigned long long)count;
   return true;
 }
@@ -361,13 +290,13 @@ static bool ply_read_property(reader *r, ply *p, const char *at, size_t length)
 static bool ply_read_header(reader *r, ply *p)
 {
   for (;;) {
-    line_result result = next_line(r);
-    if (result == LINE_END)
+    zs_line_result result = zs_text_file_next(&r->file);
+    if (result == ZS_LINE_END)
       fail(r, ZS_ERROR_SYNTAX, "the file ends inside its header");
-    if (result != LINE_READ)
+    if (result != ZS_LINE_READ)
       return false;
-    const char *keyword = r->text;
-    size_t size = next_word(&keyword);
+    const char *keyword = r->file.text;
+    size_t size = zs_text_word(&keyword);
     const char *at = keyword;
     size_t length = step(&at, size);
     bool fine = true;
@@ -380,7 +309,7 @@ static bool ply_read_header(reader *r, ply *p)
     else if (word_is(keyword, size, "property"))
       fine = ply_read_property(r, p, at, length);
     else if (!word_is(keyword, size, "comment") && !word_is(keyword, size, "obj_info"))
-      fine = fail_word(r, keyword, size, "a PLY keyword");
+      fine = zs_text_file_fail_word(&r->file, keyword, size, "a PLY keyword");
     if (!fine)
       return false;
   }
@@ -394,14 +323,14 @@ static bool ply_fail_end(const reader *r)
 static bool ply_ascii_number(reader *r, ply *p, double *number)
 {
   size_t length;
-  while ((length = next_word(&p->at)) == 0) {
-    line_result result = next_line(r);
-    if (result != LINE_READ)
-      return result == LINE_END && ply_fail_end(r);
-    p->at = r->text;
+  while ((length = zs_text_word(&p->at)) == 0) {
+    zs_line_result result = zs_text_file_next(&r->file);
+    if (result != ZS_LINE_READ)
+      return result == ZS_LINE_END && ply_fail_end(r);
+    p->at = r->file.text;
   }
-  if (!number_of(p->at, length, number))
-    return fail_word(r, p->at, length, "a finite number");
+  if (!zs_text_number(p->at, length, number))
+    return zs_text_file_fail_word(&r->file, p->at, length, "a finite number");
   p->at += length;
   return true;
 }
@@ -436,7 +365,7 @@ static bool ply_number(reader *r, ply *p, ply_type type, double *number)
     return ply_ascii_number(r, p, number);
   unsigned char bytes[8];
   unsigned size = sizes[type];
-  if (fread(bytes, 1, size, r->stream) != size)
+  if (fread(bytes, 1, size, r->file.stream) != size)
     return ply_fail_end(r);
   uint64_t bits = 0;
   for (unsigned i = 0; i < size; i++)
@@ -483,7 +412,7 @@ static bool read_ply(reader *r)
   if (!ply_read_header(r, &p) || !check_columns(r))
     return false;
   if (p.format != PLY_ASCII)
-    r->line = 0;
+    r->file.line = 0;
   for (unsigned i = 0; i < p.elements; i++) {
     const ply_element *e = &p.element[i];
     if (e->vertex)
@@ -516,21 +445,21 @@ static bool deliver(const reader *r, zs_points *points)
   if (points->positions && (points->normals || !r->has[3]) && (points->values || !r->has[6]))
     return true;
   zs_points_clear(points);
-  return zs_fail_memory(r->diag);
+  return zs_fail_memory(r->file.diag);
 }
 
 static bool read_all(reader *r)
 {
-  line_result result = next_line(r);
-  if (result == LINE_FAILED)
+  zs_line_result result = zs_text_file_next(&r->file);
+  if (result == ZS_LINE_FAILED)
     return false;
-  const char *at = r->text;
-  size_t length = next_word(&at);
+  const char *at = r->file.text;
+  size_t length = zs_text_word(&at);
   if (!(word_is(at, length, "ply") ? read_ply(r) : read_text(r)))
     return false;
   if (r->count)
     return true;
-  r->line = 0;
+  r->file.line = 0;
   return fail(r, ZS_ERROR_SYNTAX, "there are no points in this file");
 }
 
@@ -540,15 +469,15 @@ bool zs_points_read(zs_points *points, const char *path, zs_diag *diag)
   reader *r = calloc(1, sizeof *r);
   if (!r)
     return zs_fail_memory(diag);
-  r->path = path;
-  r->diag = diag;
-  r->stream = fopen(path, "rb");
+  r->file.path = path;
+  r->file.diag = diag;
+  r->file.stream = fopen(path, "rb");
   bool done = false;
-  if (!r->stream) {
+  if (!r->file.stream) {
     zs_fail(diag, ZS_ERROR_IO, path, "cannot be opened: %s", strerror(errno));
   } else {
     done = read_all(r) && deliver(r, points);
-    fclose(r->stream);
+    fclose(r->file.stream);
   }
   free(r->rows);
   free(r);

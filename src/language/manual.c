@@ -157,13 +157,30 @@ static void put_section(zs_text *text, const zs_kind *kind, int level)
     zs_text_format(text, "\n**Source:** %s.\n", kind->source);
 }
 
-void zs_manual_write_kind(zs_text *text, const zs_kind *kind, int level)
+static bool has_part(const zs_kind *kind, const zs_kind *part)
+{
+  for (const zs_kind *const *p = kind ? kind->parts : NULL; p && *p; p++)
+    if (*p == part)
+      return true;
+  return false;
+}
+
+/* The section of an element, and of its parts unless the element around it,
+ * `owner`, has the same ones. */
+static void put_kind(zs_text *text, const zs_kind *kind, const zs_kind *owner, int level)
 {
   put_section(text, kind, level);
   for (const zs_kind *const *part = kind->parts; part && *part; part++) {
+    if (has_part(owner, *part))
+      continue;
     zs_text_add(text, "\n");
-    zs_manual_write_kind(text, *part, level + 1);
+    put_kind(text, *part, kind, level + 1);
   }
+}
+
+void zs_manual_write_kind(zs_text *text, const zs_kind *kind, int level)
+{
+  put_kind(text, kind, NULL, level);
 }
 
 /* ---- The whole -------------------------------------------------------------- */

@@ -38,4 +38,9 @@ zs_sources += \
   src/nodes/taper.c \
   src/nodes/torus.c \
   src/nodes/twist.c \
-  src/nodes/variational.c
+  src/nodes/variational.c \
+  src/nodes/variational.h \
+  src/nodes/variational_fit.c \
+  src/nodes/variational_parts.c \
+  src/nodes/variational_plane.c \
+  src/nodes/variational_warp.c

@@ -1,448 +1,299 @@
-/* Surfaces through points: the fit is made in src/rbf. */
-#include "nodes/common.h"
+/* Surfaces through points, and shapes that become each other: the fits are made
+ * in src/rbf. */
+#include "nodes/variational.h"
 
 #include "field/program.h"
-#include "files/points.h"
-#include "mesh/mesh.h"
-#include "rbf/constraints.h"
-#include "rbf/sum.h"
-#include "scene/tree.h"
 
 #include <math.h>
-#include <stdatomic.h>
-#include <stdlib.h>
 #include <string.h>
-
-struct variational {
-  int kernel; /* 0 is "auto", then zs_rbf_kernel + 1 */
-  int sides;
-  double normal_offset, smoothing;
-};
-
-struct file_part {
-  const char *src;
-};
-
-struct point_part {
-  double at[3], normal[3], value;
-};
 
 static const char *const kernels[] = {"auto", "r", "r3", "r5", "tps2", "tps4", NULL};
 static const char *const sides[] = {"both", "in", NULL};
+static const char *const dimensions[] = {"auto", "2", "3", NULL};
 static const char *const words[] = {"auto", NULL};
-enum { SIDES_BOTH = 0 };
 
-/* The box around the constraints grows by this part of its longest side. */
-static const double MARGIN = 0.05;
-
-/* ---- Parts -------------------------------------------------------------------- */
-
-static const zs_attribute mesh_attributes[] = {
-  {.name = "src", .type = ZS_FILE, .offset = offsetof(struct file_part, src), .unit = "",
-   .doc = "an STL, PLY, OBJ, OFF or OM file; vertex normals are taken from it, or made from its "
-          "triangles, which should be counter-clockwise seen from outside"},
-};
-
-static const zs_kind mesh_part = {
-  .name = "mesh",
-  .family = ZS_FAMILY_PART,
-  .summary = "the vertices of a mesh, with their normals",
-  .attributes = mesh_attributes,
-  .attribute_count = ZS_COUNT_OF(mesh_attributes),
-  .parameters_size = sizeof(struct file_part),
-  .children = ZS_CHILDREN_NONE,
-};
-
-static const zs_attribute points_attributes[] = {
-  {.name = "src", .type = ZS_FILE, .offset = offsetof(struct file_part, src), .unit = "",
-   .doc = "a text file of one point a line, or a PLY file"},
-};
-
-static const zs_kind points_part = {
-  .name = "points",
-  .family = ZS_FAMILY_PART,
-  .summary = "the points of a file, with their normals and values if it has them",
-  .doc = "A line of text holds 3 numbers (x y z), 4 (and a value), 6 (and a normal) or 7 (a normal "
-         "and a value), separated by spaces, tabs, commas or semicolons; a header line of the "
-         "names x y z nx ny nz value may give another order, and columns with other names are "
-         "ignored. '#' starts a comment. A PLY file has vertex properties of those names. Points "
-         "without a value lie on the surface; a normal of 0 0 0 is unknown.",
-  .attributes = points_attributes,
-  .attribute_count = ZS_COUNT_OF(points_attributes),
-  .parameters_size = sizeof(struct file_part),
-  .children = ZS_CHILDREN_NONE,
-};
-
-static const zs_attribute point_attributes[] = {
-  ZS_POINT(struct point_part, at, "at", NULL, "where the point is"),
-  {.name = "normal", .type = ZS_VECTOR3, .offset = offsetof(struct point_part, normal),
-   .initial = "", .unit = "1", .doc = "direction out of the solid, of any length"},
-  ZS_PLAIN(struct point_part, value, "value", "0", ZS_RANGE_ANY,
-           "f at the point: positive inside, 0 on the surface"),
-};
-
-static bool check_point(const zs_node *node, zs_diag *diag)
-{
-  const struct point_part *p = node->parameters;
-  return !zs_node_has(node, "normal") || zs_node_check_direction(node, diag, "normal", p->normal);
-}
-
-static const zs_kind point_part = {
-  .name = "point",
-  .family = ZS_FAMILY_PART,
-  .summary = "one point, with a normal or a value",
-  .attributes = point_attributes,
-  .attribute_count = ZS_COUNT_OF(point_attributes),
-  .parameters_size = sizeof(struct point_part),
-  .children = ZS_CHILDREN_NONE,
-  .check = check_point,
-};
-
-/* ---- Samples ------------------------------------------------------------------- */
-
-/* Add to each vertex twice the area vector of its triangles. */
-static void add_area_normals(const zs_mesh *mesh, zs_rbf_sample *samples)
-{
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    const uint32_t *corner = mesh->triangles + 3 * t;
-    const double *a = samples[corner[0]].position, *b = samples[corner[1]].position,
-                 *c = samples[corner[2]].position;
-    double u[3], v[3];
-    for (int k = 0; k < 3; k++) {
-      u[k] = b[k] - a[k];
-      v[k] = c[k] - a[k];
-    }
-    for (int j = 0; j < 3; j++)
-      for (int k = 0; k < 3; k++)
-        samples[corner[j]].normal[k] +=
-          u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-  }
-}
-
-/* Six times the volume that a mesh encloses, negative when its triangles are
- * clockwise seen from outside; about a vertex, so that meshes that are almost
- * closed count too. */
-static double signed_volume(const zs_mesh *mesh, const zs_rbf_sample *samples)
-{
-  double volume = 0;
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    double v[3][3];
-    for (int i = 0; i < 3; i++)
-      for (int k = 0; k < 3; k++)
-        v[i][k] = samples[mesh->triangles[3 * t + (size_t)i]].position[k] - samples[0].position[k];
-    for (int k = 0; k < 3; k++)
-      volume += v[0][k] * (v[1][(k + 1) % 3] * v[2][(k + 2) % 3] -
-                           v[1][(k + 2) % 3] * v[2][(k + 1) % 3]);
-  }
-  return volume;
-}
-
-/* Warn of a mesh that is inside out by a good part of its box. */
-static void check_orientation(const zs_node *part, const zs_mesh *mesh,
-                              const zs_rbf_sample *samples, zs_diag *diag)
-{
-  double box = 1;
-  for (int k = 0; k < 3; k++) {
-    double lo = INFINITY, hi = -INFINITY;
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
-      lo = fmin(lo, samples[i].position[k]);
-      hi = fmax(hi, samples[i].position[k]);
-    }
-    box *= hi - lo;
-  }
-  if (signed_volume(mesh, samples) / 6 >= -0.05 * box)
-    return;
-  const zs_place place = zs_node_place(part, "src");
-  zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
-            "the mesh is inside out: its triangles are clockwise seen from outside, so the solid "
-            "is what lies around it");
-}
-
-static bool add_mesh(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
-{
-  const char *path = ((const struct file_part *)part->parameters)->src;
-  zs_mesh *mesh = zs_mesh_read(path, diag);
-  bool done = mesh != NULL;
-  const size_t first = list->count;
-  for (size_t i = 0; done && i < mesh->vertex_count; i++) {
-    zs_rbf_sample sample = {.value = 0};
-    for (int k = 0; k < 3; k++) {
-      sample.position[k] = (double)mesh->positions[3 * i + k];
-      if (mesh->normals)
-        sample.normal[k] = (double)mesh->normals[3 * i + k];
-    }
-    done = zs_rbf_samples_add(list, &sample, diag);
-  }
-  if (done && !mesh->normals) {
-    add_area_normals(mesh, list->samples + first);
-    check_orientation(part, mesh, list->samples + first, diag);
-  }
-  bool directed = list->count == first;
-  for (size_t i = first; done && !directed && i < list->count; i++)
-    for (int k = 0; k < 3; k++)
-      directed = directed || list->samples[i].normal[k] != 0;
-  if (done && !directed)
-    done = zs_fail(diag, ZS_ERROR_GEOMETRY, path,
-                   "the mesh has no normals, and no triangle with an area to make them from");
-  zs_mesh_free(mesh);
-  return done;
-}
-
-static bool add_points(zs_rbf_samples *list, const char *path, zs_diag *diag)
-{
-  zs_points points;
-  bool done = zs_points_read(&points, path, diag);
-  for (size_t i = 0; done && i < points.count; i++) {
-    zs_rbf_sample sample = {.value = points.values ? points.values[i] : 0};
-    memcpy(sample.position, points.positions + 3 * i, sizeof sample.position);
-    if (points.normals)
-      memcpy(sample.normal, points.normals + 3 * i, sizeof sample.normal);
-    done = zs_rbf_samples_add(list, &sample, diag);
-  }
-  zs_points_clear(&points);
-  return done;
-}
-
-static bool add_point(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
-{
-  const struct point_part *p = part->parameters;
-  zs_rbf_sample sample = {.value = p->value};
-  memcpy(sample.position, p->at, sizeof sample.position);
-  if (zs_node_has(part, "normal"))
-    memcpy(sample.normal, p->normal, sizeof sample.normal);
-  return zs_rbf_samples_add(list, &sample, diag);
-}
-
-static bool gather(const zs_node *node, zs_rbf_samples *list, zs_diag *diag)
-{
-  bool done = true;
-  for (size_t i = 0; done && i < node->child_count; i++) {
-    const zs_node *part = node->children[i];
-    const struct file_part *file = part->parameters;
-    if (part->kind == &mesh_part)
-      done = add_mesh(list, part, diag);
-    else if (part->kind == &points_part)
-      done = add_points(list, file->src, diag);
-    else
-      done = add_point(list, part, diag);
-  }
-  return done;
-}
-
-/* ---- The kind ------------------------------------------------------------------- */
+/* The box around the constraints grows by this part of its longest side; between
+ * shapes there may be more than they hold themselves. */
+static const double MARGIN = 0.05, MARGIN_BETWEEN = 0.25;
 
 static const zs_attribute attributes[] = {
   ZS_SELECT(struct variational, kernel, "kernel", "auto", kernels,
             "the radial function: r, r3 (r^3), r5 (r^5), tps2 (r^2 log r) or tps4 (r^4 log r); "
-            "auto is r3"),
+            "auto is tps2 in 2 and 4 dimensions, r3 in 3 and 5"),
+  {.name = "degree", .type = ZS_INTEGER, .offset = offsetof(struct variational, degree),
+   .initial = "1", .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1, .maximum = 2,
+   .doc = "of the polynomial: shapes of that degree are met exactly; r5 and tps4 have 2 always"},
+  ZS_SELECT(struct variational, dimension, "dimension", "auto", dimensions,
+            "2: a 2D shape, and z of its parts is left out; 3: a solid; auto is 2 when all parts "
+            "are contours and images without `z`, `u` and `v`"),
   {.name = "normal-offset", .type = ZS_NUMBER,
    .offset = offsetof(struct variational, normal_offset), .initial = "auto", .unit = "length",
    .range = ZS_RANGE_POSITIVE, .choices = words,
-   .doc = "how far from a point with a normal the constraints lie that say which side is inside; "
-          "auto is a hundredth of the diagonal of the points' box, or less where the surface bends "
-          "or comes near itself"},
+   .doc = "how far from a point with a normal the constraints lie that say which side is inside, "
+          "or less where the surface bends or comes near itself; auto is a hundredth of "
+          "twice the points' largest distance from their middle"},
   ZS_SELECT(struct variational, sides, "sides", "both", sides,
             "whether normals make constraints on both sides of the surface or inside only"),
   ZS_PLAIN(struct variational, smoothing, "smoothing", "0", ZS_RANGE_NOT_NEGATIVE,
            "0 passes through every point; more lets the surface miss them to be smoother "
            "(1e-6 is a light touch)"),
+  {.name = "budget", .type = ZS_INTEGER, .offset = offsetof(struct variational, budget),
+   .initial = "", .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 4, .maximum = INFINITY,
+   .doc = "how many constraints to use at most: those that the others would miss most"},
+  ZS_LENGTH(struct variational, tolerance, "tolerance", "", ZS_RANGE_POSITIVE,
+            "how far f may miss a constraint: no more are used than that takes"),
+  {.name = "slice", .type = ZS_NUMBERS, .offset = offsetof(struct variational, slice),
+   .initial = "", .unit = "1",
+   .doc = "with `shape` parts: where f is between them, in the coordinates of their `at`; no more "
+          "than 5 dimensions in all. One fit serves all values of it"},
+  {.name = "separation", .type = ZS_NUMBER, .offset = offsetof(struct variational, separation),
+   .initial = "auto", .unit = "length", .range = ZS_RANGE_POSITIVE, .choices = words,
+   .doc = "length of one unit of `slice` and `at`: when it is short, shapes become each other "
+          "point by point; when it is long, they grow and flow together; auto is a quarter of "
+          "twice the largest distance from the middle of a shape"},
 };
 
-static const zs_kind *const parts[] = {&mesh_part, &points_part, &point_part, NULL};
+/* ---- Checks ---------------------------------------------------------------------- */
 
-static zs_rbf_kernel kernel_of(const struct variational *p)
+static const zs_node *nth_shape(const zs_node *node, size_t n)
 {
-  return p->kernel ? (zs_rbf_kernel)(p->kernel - 1) : zs_rbf_default_kernel(3);
+  for (size_t i = 0; i < node->child_count; i++)
+    if (node->children[i]->kind == &zs_variational_shape && n-- == 0)
+      return node->children[i];
+  return NULL;
 }
 
-/* A fit as scenes remember it and fields share it. */
-typedef struct fitted {
-  atomic_uint references;
-  zs_rbf_sum *sum;
-  double centre[3], size; /* of the unit box that the sum is in */
-  zs_fit_info info;
-} fitted;
-
-static void *fitted_ref(void *data)
+static size_t count_parts(const zs_node *node, const zs_kind *kind)
 {
-  fitted *f = data;
-  atomic_fetch_add_explicit(&f->references, 1, memory_order_relaxed);
-  return f;
+  size_t count = 0;
+  for (size_t i = 0; i < node->child_count; i++)
+    count += node->children[i]->kind == kind;
+  return count;
 }
 
-static void fitted_unref(void *data)
+unsigned zs_variational_space(const zs_node *node)
 {
-  fitted *f = data;
-  if (atomic_fetch_sub_explicit(&f->references, 1, memory_order_acq_rel) > 1)
-    return;
-  zs_rbf_sum_free(f->sum);
-  free(f);
+  const int chosen = ((const struct variational *)node->parameters)->dimension;
+  return chosen == ZS_VARIATIONAL_PLANE   ? 2
+         : chosen == ZS_VARIATIONAL_SPACE ? 3
+                                          : zs_variational_dimension(node);
 }
 
-static const zs_cache_type fitted_type = {fitted_ref, fitted_unref};
-
-static fitted *fitted_new(const zs_node *node, const zs_rbf *rbf, const zs_control *control,
-                          zs_diag *diag)
+/* Parts that lie somewhere else in space cannot be a 2D shape. */
+static bool check_flat(const zs_node *node, zs_diag *diag)
 {
-  fitted *f = calloc(1, sizeof *f);
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, NULL, zs_control_threads(control));
-  if (!f || !sum) {
-    free(f);
-    zs_rbf_sum_free(sum);
-    zs_fail_memory(diag);
-    return NULL;
+  for (size_t i = 0; i < node->child_count; i++) {
+    const zs_node *part = node->children[i];
+    const bool plane =
+      part->kind == &zs_variational_contour || part->kind == &zs_variational_image;
+    if (plane && !zs_variational_is_flat(part))
+      return zs_node_misuse(part, diag, zs_node_has(part, "z") ? "z" : NULL,
+                            "the part lies in space, but the fit has dimension=\"2\"");
+    if (part->kind == &zs_variational_shape && !check_flat(part, diag))
+      return false;
   }
-  atomic_init(&f->references, 1);
-  f->sum = sum;
-  memcpy(f->centre, rbf->centre, sizeof f->centre);
-  f->size = rbf->size;
-  f->info = (zs_fit_info){.element = node->kind->name,
-                          .kernel = zs_rbf_kernel_names[rbf->kernel],
-                          .method = rbf->method,
-                          .dimension = rbf->dimension,
-                          .constraints = rbf->count,
-                          .seconds = rbf->seconds,
-                          .residual = rbf->residual,
-                          .bytes = rbf->bytes};
-  return f;
+  return true;
 }
 
-static fitted *fit(const zs_node *node, const zs_rbf_samples *samples, const zs_control *control,
-                   zs_diag *diag)
+static bool check_shape(const zs_node *node, const zs_node *shape, zs_diag *diag)
+{
+  const size_t extra = ((const struct variational *)node->parameters)->slice.count;
+  const size_t count = zs_variational_shape_at(shape)->count;
+  return count == extra || zs_node_misuse(shape, diag, "at", "%zu number%s, but 'slice' has %zu",
+                                          count, count == 1 ? "" : "s", extra);
+}
+
+static bool check_pairs(const zs_node *node, size_t shapes, zs_diag *diag)
+{
+  for (size_t i = 0; i < node->child_count; i++)
+    if (node->children[i]->kind == &zs_variational_pair && shapes != 2)
+      return zs_node_misuse(node->children[i], diag, NULL,
+                            "pairs need two shapes; there %s %zu", shapes == 1 ? "is" : "are",
+                            shapes);
+  if (shapes != 2 || count_parts(node, &zs_variational_pair) == 0)
+    return true;
+  const zs_numbers *a = zs_variational_shape_at(nth_shape(node, 0));
+  const zs_node *second = nth_shape(node, 1);
+  const zs_numbers *b = zs_variational_shape_at(second);
+  return memcmp(a->values, b->values, a->count * sizeof *a->values) != 0 ||
+         zs_node_fail(second, diag, "at", "both shapes are in the same place");
+}
+
+static bool check(const zs_node *node, zs_diag *diag)
 {
   const struct variational *p = node->parameters;
-  zs_rbf_constraints constraints;
-  if (!zs_rbf_constraints_build(&constraints, samples, p->normal_offset, p->sides == SIDES_BOTH,
-                                control, &node->place, diag))
-    return NULL;
-  const zs_rbf_problem problem = {.dimension = 3,
-                                  .kernel = kernel_of(p),
-                                  .smoothing = p->smoothing,
-                                  .count = constraints.count,
-                                  .positions = constraints.positions,
-                                  .values = constraints.values};
-  zs_rbf *rbf = zs_rbf_fit(&problem, control, &node->place, diag);
-  fitted *f = rbf ? fitted_new(node, rbf, control, diag) : NULL;
-  zs_rbf_free(rbf);
-  zs_rbf_constraints_clear(&constraints);
-  return f;
+  const size_t shapes = count_parts(node, &zs_variational_shape);
+  const size_t pairs = count_parts(node, &zs_variational_pair);
+  const unsigned space = zs_variational_space(node);
+  if (space == 2 && p->dimension == ZS_VARIATIONAL_PLANE && !check_flat(node, diag))
+    return false;
+  if (!check_pairs(node, shapes, diag))
+    return false;
+  if (shapes == 0)
+    return p->slice.count == 0 ||
+           zs_node_misuse(node, diag, "slice", "there are no shapes to be between; expected "
+                          "<shape at=\"...\"> parts");
+  if (p->slice.count == 0)
+    return zs_node_misuse(node, diag, NULL,
+                          "'slice' is missing; expected where between the shapes f is");
+  if (shapes + pairs < node->child_count)
+    return zs_node_misuse(node, diag, NULL, "parts stand beside the shapes; expected them inside");
+  if (space + p->slice.count > ZS_RBF_MAXIMUM_DIMENSION)
+    return zs_node_misuse(node, diag, "slice", "%zu numbers and %u dimensions are more than %d",
+                          p->slice.count, space, ZS_RBF_MAXIMUM_DIMENSION);
+  for (size_t i = 0; i < shapes; i++)
+    if (!check_shape(node, nth_shape(node, i), diag))
+      return false;
+  return true;
 }
 
-/* Mix some numbers into a key: two chains of multiplications by odd constants
- * (of the golden ratio and of splitmix64), each word spread over all bits. */
-static void mix(uint64_t key[2], const double *numbers, size_t count)
+/* ---- f --------------------------------------------------------------------------- */
+
+zs_value zs_variational_sum_emit(zs_compiler *compiler, const zs_rbf_sum *sum, const zs_rbf *rbf,
+                                 const double *third, const zs_coordinates *at)
 {
-  static const uint64_t factor[2] = {UINT64_C(0x9e3779b97f4a7c15), UINT64_C(0xbf58476d1ce4e5b9)};
-  for (size_t i = 0; i < count; i++) {
-    uint64_t bits;
-    memcpy(&bits, &numbers[i], sizeof bits);
-    for (int k = 0; k < 2; k++) {
-      key[k] = (key[k] ^ bits) * factor[k];
-      key[k] ^= key[k] >> 29;
-    }
-  }
+  const double *c = rbf->centre, s = 1 / rbf->size;
+  const double to_unit_box[12] = {s, 0, 0, -c[0] * s, 0, s, 0, -c[1] * s, 0, 0, s, -c[2] * s};
+  zs_coordinates unit = zs_coordinates_affine(at, to_unit_box);
+  zs_value u[3];
+  for (int k = 0; k < 3; k++)
+    u[k] = k < 2 || (rbf->dimension > 2 && !third)
+             ? zs_emit_coordinate(compiler, &unit, k)
+             : zs_emit_constant(compiler, third ? (*third - c[2]) * s : 0);
+  return zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
 }
 
-/* A key of everything that a fit depends on. */
-static void key_of(const struct variational *p, const zs_rbf_samples *samples, uint64_t key[2])
+static void describe(zs_compiler *compiler, const zs_node *node, const zs_rbf *rbf)
 {
-  const double settings[] = {kernel_of(p), p->smoothing, p->sides,
-                             isnan(p->normal_offset) ? -1 : p->normal_offset};
-  key[0] = samples->count;
-  key[1] = ~key[0];
-  mix(key, settings, ZS_COUNT_OF(settings));
-  for (size_t i = 0; i < samples->count; i++) {
-    const zs_rbf_sample *sample = &samples->samples[i];
-    mix(key, sample->position, 3);
-    mix(key, sample->normal, 3);
-    mix(key, &sample->value, 1);
-  }
+  const zs_fit_info info = {.element = node->kind->name,
+                            .kernel = zs_rbf_kernel_names[rbf->kernel],
+                            .method = rbf->method,
+                            .line = node->place.line,
+                            .dimension = rbf->dimension,
+                            .constraints = rbf->count,
+                            .seconds = rbf->seconds,
+                            .residual = rbf->residual,
+                            .bytes = rbf->bytes};
+  zs_compiler_add_fit(compiler, &info);
 }
 
-/* The fit of a node, made now or remembered, with a reference for the caller. */
-static fitted *fit_or_find(const zs_node *node, zs_cache *cache, const zs_control *control,
-                           zs_diag *diag)
+/* How far the slice is on the way from the first shape to the second. */
+static double time_of(const zs_node *node)
 {
-  zs_rbf_samples samples = {0};
-  fitted *f = NULL;
-  if (gather(node, &samples, diag)) {
-    uint64_t key[2];
-    key_of(node->parameters, &samples, key);
-    f = zs_cache_find(cache, key, &fitted_type);
-    if (!f) {
-      f = fit(node, &samples, control, diag);
-      /* What cannot be remembered is only made again. */
-      if (f && cache)
-        zs_cache_add(cache, key, &fitted_type, f);
-    }
+  const zs_numbers *slice = &((const struct variational *)node->parameters)->slice;
+  const double *a = zs_variational_shape_at(nth_shape(node, 0))->values;
+  const double *b = zs_variational_shape_at(nth_shape(node, 1))->values;
+  double along = 0, square = 0;
+  for (size_t k = 0; k < slice->count; k++) {
+    along += (slice->values[k] - a[k]) * (b[k] - a[k]);
+    square += (b[k] - a[k]) * (b[k] - a[k]);
   }
-  zs_rbf_samples_clear(&samples);
-  return f;
+  return fmin(fmax(along / square, 0), 1);
+}
+
+static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_variational_fit *fit,
+                         const zs_coordinates *at)
+{
+  const struct variational *p = node->parameters;
+  const zs_rbf *rbf = zs_variational_fit_rbf(fit);
+  const unsigned space = zs_variational_space(node);
+  double beyond[3] = {0, 0, 0}; /* space */
+  for (size_t k = 0; k < p->slice.count; k++)
+    beyond[k] = zs_variational_fit_separation(fit) * p->slice.values[k];
+  const bool third = space == 2 && p->slice.count > 0;
+  zs_variational_sum *sum =
+    zs_variational_sum_find(fit, third ? beyond + 1 : beyond, zs_compiler_cache(compiler),
+                            zs_compiler_control(compiler));
+  if (!sum || !zs_compiler_keep(compiler, sum, zs_variational_sum_unref)) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return zs_emit_constant(compiler, 0);
+  }
+  describe(compiler, node, rbf);
+  return zs_variational_sum_emit(compiler, zs_variational_sum_data(sum), rbf,
+                                 third ? beyond : NULL, at);
 }
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
-  fitted *f = fit_or_find(node, zs_compiler_cache(compiler), zs_compiler_control(compiler),
-                          zs_compiler_diag(compiler));
-  if (!f)
-    return zs_emit_constant(compiler, 0);
-  const zs_rbf_sum *sum = f->sum;
-  const double *c = f->centre, s = 1 / f->size;
-  const double to_unit_box[12] = {s, 0, 0, -c[0] * s, 0, s, 0, -c[1] * s, 0, 0, s, -c[2] * s};
-  zs_fit_info info = f->info;
-  info.line = node->place.line;
-  if (!zs_compiler_keep(compiler, f, fitted_unref)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
-    return zs_emit_constant(compiler, 0);
+  zs_diag *diag = zs_compiler_diag(compiler);
+  const zs_control *control = zs_compiler_control(compiler);
+  zs_variational_warp warp;
+  zs_variational_fit *fit = NULL;
+  zs_value f = zs_emit_constant(compiler, 0);
+  if (zs_variational_warp_make(&warp, node, zs_variational_space(node), control, diag))
+    fit = zs_variational_fit_find(node, &warp, zs_compiler_cache(compiler), control, diag);
+  if (fit) {
+    const double time = warp.dimension ? time_of(node) : 0;
+    const zs_coordinates half = zs_variational_warp_emit(compiler, &warp, time, at);
+    f = emit_fit(compiler, node, fit, &half);
+    zs_variational_fit_unref(fit);
   }
-  zs_compiler_add_fit(compiler, &info);
-  zs_coordinates unit = zs_coordinates_affine(at, to_unit_box);
-  zs_value u[3];
-  for (int k = 0; k < 3; k++)
-    u[k] = zs_emit_coordinate(compiler, &unit, k);
-  return zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
+  zs_variational_warp_clear(&warp);
+  return f;
+}
+
+/* ---- Where it is ------------------------------------------------------------------ */
+
+static void enclose(zs_box *box, const zs_node *node, unsigned space)
+{
+  zs_rbf_samples samples = {0};
+  if (!zs_variational_gather(node, space, &samples, NULL))
+    samples.count = 0;
+  for (size_t i = 0; i < samples.count; i++)
+    for (int k = 0; k < 3; k++) {
+      box->lo[k] = fmin(box->lo[k], samples.samples[i].position[k]);
+      box->hi[k] = fmax(box->hi[k], samples.samples[i].position[k]);
+    }
+  zs_rbf_samples_clear(&samples);
 }
 
 static zs_box box(const zs_node *node, const zs_box *children, size_t count)
 {
   (void)children, (void)count;
   const struct variational *p = node->parameters;
-  zs_rbf_samples samples = {0};
+  const unsigned space = zs_variational_space(node);
+  const size_t shapes = count_parts(node, &zs_variational_shape);
   zs_box result = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-  if (!gather(node, &samples, NULL))
-    samples.count = 0;
+  for (size_t i = 0; i < shapes; i++)
+    enclose(&result, nth_shape(node, i), space);
+  if (shapes == 0)
+    enclose(&result, node, space);
   double longest = 0;
-  for (int k = 0; k < 3; k++) {
-    for (size_t i = 0; i < samples.count; i++) {
-      result.lo[k] = fmin(result.lo[k], samples.samples[i].position[k]);
-      result.hi[k] = fmax(result.hi[k], samples.samples[i].position[k]);
-    }
+  for (int k = 0; k < 3; k++)
     longest = fmax(longest, result.hi[k] - result.lo[k]);
+  const double margin = (shapes ? MARGIN_BETWEEN : MARGIN) * longest +
+                        (p->normal_offset > 0 ? p->normal_offset : 0);
+  for (unsigned k = 0; k < 3; k++) {
+    result.lo[k] = k < space ? result.lo[k] - margin : -INFINITY;
+    result.hi[k] = k < space ? result.hi[k] + margin : INFINITY;
   }
-  double margin = MARGIN * longest + (p->normal_offset > 0 ? p->normal_offset : 0);
-  for (int k = 0; k < 3; k++) {
-    result.lo[k] -= margin;
-    result.hi[k] += margin;
-  }
-  zs_rbf_samples_clear(&samples);
   return result;
 }
+
+static const zs_kind *const parts[] = {
+  &zs_variational_mesh, &zs_variational_points, &zs_variational_point, &zs_variational_contour,
+  &zs_variational_image, &zs_variational_shape, &zs_variational_pair, NULL};
 
 const zs_kind zs_kind_variational = {
   .name = "variational",
   .family = ZS_FAMILY_INTERPOLATION,
-  .summary = "the smoothest surface through points",
+  .summary = "the smoothest surface through points, and between shapes",
   .doc = "A sum of radial functions about the points and a polynomial, with the weights that give "
          "f its value at every point and bend it least. Points of the parts lie on the surface "
          "unless they have a value; those with normals also get constraints beside the surface. "
          "Either normals or values inside are needed. f is about the distance near the surface; "
-         "far from the points it is not, and may be positive again.",
+         "far from the points it is not, and may be positive again. With `shape` parts the "
+         "points also lie in dimensions beyond space, where `slice` says at which place f is: at a "
+         "shape's `at` it is that shape, and between them what bends least. Two shapes 0 and 1 "
+         "make a metamorphosis, `slice=\"{t}\"`; a third one beside their line draws it towards "
+         "itself.",
   .source = "Turk, O'Brien, \"Shape transformation using variational implicit functions\" (1999)",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),
   .parameters_size = sizeof(struct variational),
   .children = ZS_CHILDREN_NONE,
   .parts = parts,
+  .check = check,
   .emit = emit,
   .box = box,
 };

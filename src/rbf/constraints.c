@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The automatic offset, by the diagonal of the box; the least part of it that
- * still makes a constraint; and what counts as the same point. */
+/* The automatic offset, by the samples' size; the least part of it that still
+ * makes a constraint; and what counts as the same point. */
 static const double AUTOMATIC = 0.01, LEAST = 1e-3, SAME = 1e-6;
 /* Offsets reach this part of the way to the medial axis. */
 static const double CLEARANCE = 0.5;
@@ -42,18 +42,19 @@ void zs_rbf_constraints_clear(zs_rbf_constraints *constraints)
   *constraints = (zs_rbf_constraints){0};
 }
 
-static double diagonal(const zs_rbf_samples *samples)
+double zs_rbf_samples_size(const zs_rbf_samples *list)
 {
-  double square = 0;
-  for (int k = 0; k < 3; k++) {
-    double lo = INFINITY, hi = -INFINITY;
-    for (size_t i = 0; i < samples->count; i++) {
-      lo = fmin(lo, samples->samples[i].position[k]);
-      hi = fmax(hi, samples->samples[i].position[k]);
-    }
-    square += (hi - lo) * (hi - lo);
+  double mean[3] = {0, 0, 0}, square = 0;
+  for (size_t i = 0; i < list->count; i++)
+    for (int k = 0; k < 3; k++)
+      mean[k] += list->samples[i].position[k] / (double)list->count;
+  for (size_t i = 0; i < list->count; i++) {
+    double from[3];
+    for (int k = 0; k < 3; k++)
+      from[k] = list->samples[i].position[k] - mean[k];
+    square = fmax(square, from[0] * from[0] + from[1] * from[1] + from[2] * from[2]);
   }
-  return sqrt(square);
+  return 2 * sqrt(square);
 }
 
 /* A sample's normal at unit length; false when it is unknown. */
@@ -72,7 +73,7 @@ static bool unit_normal(const zs_rbf_sample *sample, double unit[3])
 typedef struct cloud {
   const zs_rbf_samples *samples;
   zs_rbf_clusters *clusters; /* of the samples' positions */
-  double box; /* its diagonal */
+  double size;
 } cloud;
 
 /* A ball that touches a sample on one side and shrinks until it holds no other
@@ -85,7 +86,7 @@ typedef struct ball {
 
 static void shrink(const cloud *c, ball *b, const zs_rbf_sample *other)
 {
-  const double same = SAME * c->box;
+  const double same = SAME * c->size;
   double along = 0, square = 0;
   for (int k = 0; k < 3; k++) {
     const double d = other->position[k] - b->sample->position[k];
@@ -118,35 +119,33 @@ static void shrink_by_cluster(const cloud *c, ball *b, const zs_rbf_cluster *clu
 }
 
 /* The offsets of sample i to the inner and the outer side; 0: none. */
-static void offsets_of(const cloud *c, size_t i, double offset, bool both, double result[2])
+static void offsets_of(const cloud *c, size_t i, const zs_rbf_rules *rules, double result[2])
 {
   const zs_rbf_sample *sample = &c->samples->samples[i];
   double unit[3], direction[3];
   result[0] = result[1] = 0;
   if (!unit_normal(sample, unit))
     return;
-  const double automatic = c->box > 0 ? AUTOMATIC * c->box : 1;
-  for (int side = 0; side < (both ? 2 : 1); side++) {
-    if (!isnan(offset)) {
-      result[side] = offset;
-      continue;
-    }
+  const double most = !isnan(rules->offset) ? rules->offset
+                      : c->size > 0          ? AUTOMATIC * c->size
+                                            : 1;
+  for (int side = 0; side < (rules->both ? 2 : 1); side++) {
     for (int k = 0; k < 3; k++)
       direction[k] = side ? unit[k] : -unit[k];
     /* A larger ball would make no difference. */
-    ball b = {sample, direction, automatic / CLEARANCE};
+    ball b = {sample, direction, most / CLEARANCE};
     shrink_by_cluster(c, &b, &c->clusters->clusters[0]);
     result[side] = CLEARANCE * b.radius;
-    if (result[side] < LEAST * automatic)
+    if (result[side] < LEAST * most)
       result[side] = 0;
   }
 }
 
-static void add(zs_rbf_constraints *c, const zs_rbf_sample *sample, const double *unit,
-                double outward)
+static void add(zs_rbf_constraints *c, unsigned dimension, const zs_rbf_sample *sample,
+                const double *unit, double outward)
 {
-  double *to = c->positions + 3 * c->count;
-  for (int k = 0; k < 3; k++)
+  double *to = c->positions + dimension * c->count;
+  for (unsigned k = 0; k < dimension; k++)
     to[k] = sample->position[k] + (unit ? outward * unit[k] : 0);
   c->values[c->count++] = sample->value - outward;
 }
@@ -166,7 +165,7 @@ static bool check_samples(const zs_rbf_samples *samples, const zs_place *place, 
 {
   if (samples->count == 0)
     return zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, place, NULL,
-                     "there are no points; expected <mesh>, <points> or <point> elements");
+                     "there are no points; expected parts such as <mesh>, <points> or <contour>");
   if (samples->count <= ZS_RBF_MAXIMUM_COUNT)
     return true;
   return zs_report(diag, ZS_ERROR, ZS_ERROR_UNABLE, place,
@@ -179,7 +178,7 @@ static bool make_cloud(cloud *c, const zs_rbf_samples *samples)
 {
   enum { SMALLEST = 12 }; /* cluster */
   double *positions = malloc(3 * samples->count * sizeof *positions);
-  *c = (cloud){.samples = samples, .box = diagonal(samples)};
+  *c = (cloud){.samples = samples, .size = zs_rbf_samples_size(samples)};
   for (size_t i = 0; positions && i < samples->count; i++)
     memcpy(positions + 3 * i, samples->samples[i].position, 3 * sizeof *positions);
   if (positions)
@@ -189,7 +188,7 @@ static bool make_cloud(cloud *c, const zs_rbf_samples *samples)
 }
 
 bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samples *samples,
-                              double offset, bool both, const zs_control *control,
+                              const zs_rbf_rules *rules, const zs_control *control,
                               const zs_place *place, zs_diag *diag)
 {
   (void)control; /* without OpenMP */
@@ -199,7 +198,7 @@ bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samp
   const size_t n = samples->count;
   cloud c;
   double(*offsets)[2] = malloc(n * sizeof *offsets);
-  constraints->positions = malloc(3 * n * 3 * sizeof *constraints->positions);
+  constraints->positions = malloc(3 * n * rules->dimension * sizeof *constraints->positions);
   constraints->values = malloc(3 * n * sizeof *constraints->values);
   if (!make_cloud(&c, samples) || !offsets || !constraints->positions || !constraints->values) {
     zs_rbf_clusters_free(c.clusters);
@@ -209,17 +208,17 @@ bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samp
   }
 #pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
   for (size_t i = 0; i < n; i++)
-    offsets_of(&c, i, offset, both, offsets[i]);
+    offsets_of(&c, i, rules, offsets[i]);
   zs_rbf_clusters_free(c.clusters);
   for (size_t i = 0; i < n; i++) {
     const zs_rbf_sample *sample = &samples->samples[i];
     double unit[3] = {0, 0, 0};
     unit_normal(sample, unit);
-    add(constraints, sample, NULL, 0);
+    add(constraints, rules->dimension, sample, NULL, 0);
     if (offsets[i][0] > 0)
-      add(constraints, sample, unit, -offsets[i][0]);
+      add(constraints, rules->dimension, sample, unit, -offsets[i][0]);
     if (offsets[i][1] > 0)
-      add(constraints, sample, unit, offsets[i][1]);
+      add(constraints, rules->dimension, sample, unit, offsets[i][1]);
   }
   free(offsets);
   if (check_values(constraints, place, diag))

@@ -5,9 +5,11 @@
 #include "base/diagnostic.h"
 
 /* A point where f has a known value, perhaps with the direction out of the
- * solid, of any length; 0 0 0: unknown. */
+ * solid, of any length; 0 0 0: unknown, and then perhaps to be estimated from
+ * its neighbours (rbf/normals.h). */
 typedef struct zs_rbf_sample {
   double position[3], normal[3], value;
+  bool estimate;
 } zs_rbf_sample;
 
 /* A growing list of samples. */
@@ -20,7 +22,18 @@ typedef struct zs_rbf_samples {
 bool zs_rbf_samples_add(zs_rbf_samples *list, const zs_rbf_sample *sample, zs_diag *diag);
 void zs_rbf_samples_clear(zs_rbf_samples *list);
 
-/* Positions (3 each) and values to fit. */
+/* Twice the largest distance from the samples' mean: about the diagonal of their
+ * box, but however they are turned the same. */
+double zs_rbf_samples_size(const zs_rbf_samples *list);
+
+/* How samples become constraints. */
+typedef struct zs_rbf_rules {
+  unsigned dimension; /* 2 or 3; 2: z is 0 in all samples */
+  double offset;      /* most, of constraints beside the surface; NaN: automatic */
+  bool both;          /* on both sides of the surface, or inside only */
+} zs_rbf_rules;
+
+/* Positions (`dimension` each) and values to fit. */
 typedef struct zs_rbf_constraints {
   size_t count;
   double *positions, *values;
@@ -31,8 +44,8 @@ typedef struct zs_rbf_constraints {
  * one on the outer side, valued `value` - distance, so that f falls by one per
  * unit of length along the normal.
  *
- * The distance is `offset`; when that is NaN, a hundredth of the diagonal of
- * the samples' box, but at most half the radius of the largest ball that
+ * The distance is the offset, automatically a hundredth of the samples' size,
+ * but at most half the radius of the largest ball that
  * touches the sample on that side and holds no other sample of the same value:
  * a ball's centre is where distance stops being smooth (the medial axis).
  * Where next to nothing is left, the constraint is left out.
@@ -40,7 +53,7 @@ typedef struct zs_rbf_constraints {
  * False after reporting at `place`: no samples, more than can be fitted, or
  * values that are all the same, which do not say where the inside is. */
 bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samples *samples,
-                              double offset, bool both, const zs_control *control,
+                              const zs_rbf_rules *rules, const zs_control *control,
                               const zs_place *place, zs_diag *diag);
 void zs_rbf_constraints_clear(zs_rbf_constraints *constraints);
 

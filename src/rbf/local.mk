@@ -4,6 +4,8 @@ zs_sources += \
   src/rbf/clusters.h \
   src/rbf/constraints.c \
   src/rbf/constraints.h \
+  src/rbf/contour.c \
+  src/rbf/contour.h \
   src/rbf/dense.c \
   src/rbf/dense.h \
   src/rbf/direct.c \
@@ -15,6 +17,8 @@ zs_sources += \
   src/rbf/fgmres.h \
   src/rbf/fit.c \
   src/rbf/fit.h \
+  src/rbf/greedy.c \
+  src/rbf/greedy.h \
   src/rbf/iterative.c \
   src/rbf/kernel.c \
   src/rbf/kernel.h \
@@ -22,6 +26,8 @@ zs_sources += \
   src/rbf/local.h \
   src/rbf/nodes.c \
   src/rbf/nodes.h \
+  src/rbf/normals.c \
+  src/rbf/normals.h \
   src/rbf/phi.h \
   src/rbf/product.c \
   src/rbf/product.h \

@@ -2,6 +2,8 @@ zs_tests += \
   tests/nodes/test_formulas \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
+  tests/nodes/test_morph \
+  tests/nodes/test_parts \
   tests/nodes/test_primitives \
   tests/nodes/test_trees \
   tests/nodes/test_variational
@@ -13,4 +15,8 @@ tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/
 tests_nodes_test_trees_SOURCES = \
   tests/nodes/test_trees.c tests/nodes/build.h tests/nodes/random_nodes.h
 tests_nodes_test_variational_SOURCES = \
-  tests/nodes/test_variational.c tests/files/scratch.h tests/random.h
+  tests/nodes/test_variational.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_morph_SOURCES = \
+  tests/nodes/test_morph.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_parts_SOURCES = \
+  tests/nodes/test_parts.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

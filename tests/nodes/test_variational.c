@@ -1,74 +1,14 @@
 /* Variational nodes, from the text of a scene to values of the field. */
-#include "../files/scratch.h"
 #include "../random.h"
-
-#include "zeroset.h"
+#include "scene_text.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 enum { POINTS = 150 };
 
-static scratch folder;
 static double sphere[POINTS][3]; /* on the unit sphere */
 
-/* ---- Scenes ------------------------------------------------------------------- */
-
-typedef struct seen {
-  char message[512], file[256];
-  unsigned line;
-} seen;
-
-static void keep(void *context, const zs_diagnostic *d)
-{
-  seen *s = context;
-  if (*s->message)
-    return;
-  snprintf(s->message, sizeof s->message, "%s", d->message);
-  snprintf(s->file, sizeof s->file, "%s", d->file ? d->file : "");
-  s->line = d->line;
-}
-
-static zs_scene *parse(const char *body, zs_diag *diag)
-{
-  static char text[100000];
-  char name[sizeof folder.path];
-  snprintf(text, sizeof text, "<scene>\n%s\n</scene>\n", body);
-  strcpy(name, scratch_path(&folder, "scene.xml"));
-  return zs_scene_parse(text, strlen(text), name, NULL, diag);
-}
-
-static zs_field *compile(const char *body)
-{
-  seen s = {.message = ""};
-  zs_diag diag = {.report = keep, .context = &s};
-  zs_scene *scene = parse(body, &diag);
-  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
-  if (!field)
-    fail_msg("line %u: %s", s.line, s.message);
-  zs_scene_free(scene);
-  return field;
-}
-
-static zs_eval *evaluator(zs_field *field)
-{
-  zs_eval *eval = zs_eval_new(field, NULL);
-  assert_non_null(eval);
-  return eval;
-}
-
 /* ---- Data ---------------------------------------------------------------------- */
-
-static FILE *create(const char *name)
-{
-  FILE *file = fopen(scratch_path(&folder, name), "w");
-  assert_non_null(file);
-  return file;
-}
 
 /* Numbers with a point, whatever the locale: none is set in this program. */
 static void write_sphere(void)
@@ -308,9 +248,7 @@ static void write_bad_files(void)
     {"flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"},
   };
   for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
-    FILE *file = create(files[i].name);
-    fputs(files[i].text, file);
-    assert_int_equal(fclose(file), 0);
+    write_text(files[i].name, files[i].text);
   }
 }
 

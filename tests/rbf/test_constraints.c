@@ -16,14 +16,14 @@
 static void add(zs_rbf_samples *list, double x, double y, double z, double nx, double ny,
                 double nz, double value)
 {
-  const zs_rbf_sample sample = {{x, y, z}, {nx, ny, nz}, value};
+  const zs_rbf_sample sample = {{x, y, z}, {nx, ny, nz}, value, false};
   assert_true(zs_rbf_samples_add(list, &sample, NULL));
 }
 
 static zs_rbf_constraints build(const zs_rbf_samples *list, double offset, bool both)
 {
   zs_rbf_constraints c;
-  assert_true(zs_rbf_constraints_build(&c, list, offset, both, NULL, NULL, NULL));
+  assert_true(zs_rbf_constraints_build(&c, list, &(zs_rbf_rules){3, offset, both}, NULL, NULL, NULL));
   return c;
 }
 
@@ -110,7 +110,7 @@ static void fails_with(const zs_rbf_samples *list, zs_status status, const char 
   char message[512] = "";
   zs_diag diag = {.report = keep_message, .context = message};
   zs_rbf_constraints c;
-  assert_false(zs_rbf_constraints_build(&c, list, NAN, true, NULL, NULL, &diag));
+  assert_false(zs_rbf_constraints_build(&c, list, &(zs_rbf_rules){3, NAN, true}, NULL, NULL, &diag));
   assert_int_equal(diag.status, status);
   assert_non_null(strstr(message, part));
   assert_null(c.positions);

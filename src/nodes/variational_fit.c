@@ -1,0 +1,341 @@
+/* Fits of <variational>: from samples to constraints to a fit, remembered by
+ * all that it depends on. */
+#include "nodes/variational.h"
+
+#include "field/program.h"
+#include "rbf/greedy.h"
+#include "rbf/normals.h"
+#include "scene/tree.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The automatic length of one unit beyond space, by the size of the largest shape. */
+static const double SEPARATION = 0.25;
+
+/* The samples of one shape, or of the whole node when it has none. */
+typedef struct group {
+  const zs_node *node;
+  const double *at; /* beyond space */
+  zs_rbf_samples samples;
+} group;
+
+/* What a fit depends on. */
+typedef struct request {
+  const zs_node *node;
+  const struct variational *settings;
+  const zs_variational_warp *warp;
+  unsigned dimension; /* of space */
+  unsigned extra;     /* dimensions beyond it */
+  group *groups;
+  size_t count;
+  double separation;
+} request;
+
+/* ---- Sharing ------------------------------------------------------------------------ */
+
+struct zs_variational_fit {
+  atomic_uint references;
+  uint64_t key[2];
+  zs_rbf *rbf;
+  double separation;
+};
+
+struct zs_variational_sum {
+  atomic_uint references;
+  zs_rbf_sum *sum;
+};
+
+static void *fit_ref(void *data)
+{
+  zs_variational_fit *fit = data;
+  atomic_fetch_add_explicit(&fit->references, 1, memory_order_relaxed);
+  return fit;
+}
+
+void zs_variational_fit_unref(void *data)
+{
+  zs_variational_fit *fit = data;
+  if (atomic_fetch_sub_explicit(&fit->references, 1, memory_order_acq_rel) > 1)
+    return;
+  zs_rbf_free(fit->rbf);
+  free(fit);
+}
+
+static void *sum_ref(void *data)
+{
+  zs_variational_sum *sum = data;
+  atomic_fetch_add_explicit(&sum->references, 1, memory_order_relaxed);
+  return sum;
+}
+
+void zs_variational_sum_unref(void *data)
+{
+  zs_variational_sum *sum = data;
+  if (atomic_fetch_sub_explicit(&sum->references, 1, memory_order_acq_rel) > 1)
+    return;
+  zs_rbf_sum_free(sum->sum);
+  free(sum);
+}
+
+static const zs_cache_type fit_type = {fit_ref, zs_variational_fit_unref};
+static const zs_cache_type sum_type = {sum_ref, zs_variational_sum_unref};
+
+const zs_rbf *zs_variational_fit_rbf(const zs_variational_fit *fit)
+{
+  return fit->rbf;
+}
+
+double zs_variational_fit_separation(const zs_variational_fit *fit)
+{
+  return fit->separation;
+}
+
+const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum)
+{
+  return sum->sum;
+}
+
+/* ---- Keys ---------------------------------------------------------------------------- */
+
+/* Mix some numbers into a key: two chains of multiplications by odd constants
+ * (of the golden ratio and of splitmix64), each word spread over all bits. */
+static void mix(uint64_t key[2], const double *numbers, size_t count)
+{
+  static const uint64_t factor[2] = {UINT64_C(0x9e3779b97f4a7c15), UINT64_C(0xbf58476d1ce4e5b9)};
+  for (size_t i = 0; i < count; i++) {
+    uint64_t bits;
+    memcpy(&bits, &numbers[i], sizeof bits);
+    for (int k = 0; k < 2; k++) {
+      key[k] = (key[k] ^ bits) * factor[k];
+      key[k] ^= key[k] >> 29;
+    }
+  }
+}
+
+static zs_rbf_kernel kernel_of(const request *r)
+{
+  const int chosen = r->settings->kernel;
+  return chosen ? (zs_rbf_kernel)(chosen - 1) : zs_rbf_default_kernel(r->dimension + r->extra);
+}
+
+static double number_or(double number, double otherwise)
+{
+  return isnan(number) ? otherwise : number;
+}
+
+static void mix_warp(const zs_variational_warp *warp, uint64_t key[2])
+{
+  for (unsigned k = 0; k < warp->dimension; k++) {
+    const zs_rbf *half = warp->half[0][k];
+    mix(key, half->weights, half->count);
+    mix(key, half->centres, half->count * half->dimension);
+    mix(key, half->polynomial, half->terms);
+    mix(key, half->centre, half->dimension);
+    mix(key, &half->size, 1);
+  }
+}
+
+static void key_of(const request *r, uint64_t key[2])
+{
+  const struct variational *p = r->settings;
+  const double settings[] = {kernel_of(r), p->degree, p->smoothing, p->sides, p->budget,
+                             r->dimension, r->extra, number_or(p->normal_offset, -1),
+                             number_or(p->tolerance, -1), number_or(p->separation, -1)};
+  key[0] = r->count;
+  key[1] = ~key[0];
+  mix(key, settings, ZS_COUNT_OF(settings));
+  for (size_t g = 0; g < r->count; g++) {
+    const zs_rbf_samples *samples = &r->groups[g].samples;
+    const double count = (double)samples->count;
+    mix(key, &count, 1);
+    mix(key, r->groups[g].at, r->extra);
+    for (size_t i = 0; i < samples->count; i++) {
+      const zs_rbf_sample *sample = &samples->samples[i];
+      const double rest[2] = {sample->value, sample->estimate};
+      mix(key, sample->position, 3);
+      mix(key, sample->normal, 3);
+      mix(key, rest, 2);
+    }
+  }
+  mix_warp(r->warp, key);
+}
+
+/* ---- Constraints ---------------------------------------------------------------------- */
+
+/* The constraints of all groups, with their coordinates beyond space. */
+typedef struct collection {
+  size_t count;
+  double *positions, *values;
+} collection;
+
+static bool extend(collection *all, const request *r, const zs_rbf_constraints *c,
+                   const double *at)
+{
+  const unsigned dimension = r->dimension + r->extra;
+  const size_t total = all->count + c->count;
+  double *positions = realloc(all->positions, total * dimension * sizeof *positions);
+  all->positions = positions ? positions : all->positions;
+  double *values = realloc(all->values, total * sizeof *values);
+  all->values = values ? values : all->values;
+  if (!positions || !values)
+    return false;
+  for (size_t i = 0; i < c->count; i++) {
+    double *to = positions + (all->count + i) * dimension;
+    memcpy(to, c->positions + i * r->dimension, r->dimension * sizeof *to);
+    for (unsigned k = 0; k < r->extra; k++)
+      to[r->dimension + k] = r->separation * at[k];
+  }
+  memcpy(values + all->count, c->values, c->count * sizeof *values);
+  all->count = total;
+  return true;
+}
+
+static bool collect(collection *all, const request *r, const zs_control *control, zs_diag *diag)
+{
+  const struct variational *p = r->settings;
+  const zs_rbf_rules rules = {r->dimension, p->normal_offset,
+                              p->sides == ZS_VARIATIONAL_BOTH_SIDES};
+  for (size_t g = 0; g < r->count; g++) {
+    group *one = &r->groups[g];
+    const zs_place *place = &one->node->place;
+    zs_rbf_constraints c;
+    if (!zs_rbf_normals_estimate(&one->samples, r->dimension, control, place, diag) ||
+        !zs_rbf_constraints_build(&c, &one->samples, &rules, control, place, diag))
+      return false;
+    if (r->warp->dimension)
+      zs_variational_warp_apply(r->warp, (int)g, c.positions, c.count);
+    const bool memory = extend(all, r, &c, one->at);
+    zs_rbf_constraints_clear(&c);
+    if (!memory)
+      return zs_fail_memory(diag);
+  }
+  return true;
+}
+
+/* The size of the largest shape. */
+static double size_of(const request *r)
+{
+  double size = 0;
+  for (size_t g = 0; g < r->count; g++)
+    size = fmax(size, zs_rbf_samples_size(&r->groups[g].samples));
+  return size;
+}
+
+/* ---- Fits ------------------------------------------------------------------------------ */
+
+static zs_rbf *solve(const request *r, const zs_control *control, zs_diag *diag)
+{
+  const struct variational *p = r->settings;
+  collection all = {0};
+  zs_rbf *rbf = NULL;
+  if (collect(&all, r, control, diag)) {
+    const zs_rbf_problem problem = {.dimension = r->dimension + r->extra,
+                                    .kernel = kernel_of(r),
+                                    .degree = (unsigned)p->degree,
+                                    .smoothing = p->smoothing,
+                                    .count = all.count,
+                                    .positions = all.positions,
+                                    .values = all.values};
+    const bool strict = !isnan(p->tolerance);
+    rbf = p->budget || strict
+            ? zs_rbf_fit_greedily(&problem, p->budget ? (size_t)p->budget : all.count,
+                                  number_or(p->tolerance, 0), strict, control, &r->node->place,
+                                  diag)
+            : zs_rbf_fit(&problem, control, &r->node->place, diag);
+  }
+  free(all.positions);
+  free(all.values);
+  return rbf;
+}
+
+static zs_variational_fit *make(request *r, const uint64_t key[2], const zs_control *control,
+                                zs_diag *diag)
+{
+  r->separation = number_or(r->settings->separation, SEPARATION * size_of(r));
+  zs_rbf *rbf = solve(r, control, diag);
+  zs_variational_fit *fit = rbf ? calloc(1, sizeof *fit) : NULL;
+  if (!fit) {
+    if (rbf)
+      zs_fail_memory(diag);
+    zs_rbf_free(rbf);
+    return NULL;
+  }
+  atomic_init(&fit->references, 1);
+  memcpy(fit->key, key, sizeof fit->key);
+  fit->rbf = rbf;
+  fit->separation = r->separation;
+  return fit;
+}
+
+/* One group for each shape, or one for all parts. */
+static bool gather(request *r, zs_diag *diag)
+{
+  const zs_node *node = r->node;
+  r->groups = calloc(node->child_count + 1, sizeof *r->groups);
+  if (!r->groups)
+    return zs_fail_memory(diag);
+  for (size_t i = 0; i < node->child_count; i++)
+    if (node->children[i]->kind == &zs_variational_shape)
+      r->groups[r->count++] =
+        (group){node->children[i], zs_variational_shape_at(node->children[i])->values, {0}};
+  if (r->count == 0)
+    r->groups[r->count++].node = node;
+  for (size_t g = 0; g < r->count; g++)
+    if (!zs_variational_gather(r->groups[g].node, r->dimension, &r->groups[g].samples, diag))
+      return false;
+  return true;
+}
+
+zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variational_warp *warp,
+                                            struct zs_cache *cache, const zs_control *control,
+                                            zs_diag *diag)
+{
+  const struct variational *p = node->parameters;
+  request r = {.node = node,
+               .settings = p,
+               .warp = warp,
+               .dimension = zs_variational_space(node),
+               .extra = (unsigned)p->slice.count};
+  zs_variational_fit *fit = NULL;
+  if (gather(&r, diag)) {
+    uint64_t key[2];
+    key_of(&r, key);
+    fit = zs_cache_find(cache, key, &fit_type);
+    if (!fit) {
+      fit = make(&r, key, control, diag);
+      /* What cannot be remembered is only made again. */
+      if (fit && cache)
+        zs_cache_add(cache, key, &fit_type, fit);
+    }
+  }
+  for (size_t g = 0; r.groups && g < r.count; g++)
+    zs_rbf_samples_clear(&r.groups[g].samples);
+  free(r.groups);
+  return fit;
+}
+
+zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, const double *extra,
+                                            struct zs_cache *cache, const zs_control *control)
+{
+  uint64_t key[2];
+  memcpy(key, fit->key, sizeof key);
+  mix(key, extra, fit->rbf->dimension > 3 ? fit->rbf->dimension - 3 : 0);
+  zs_variational_sum *sum = zs_cache_find(cache, key, &sum_type);
+  if (sum)
+    return sum;
+  sum = calloc(1, sizeof *sum);
+  if (!sum)
+    return NULL;
+  atomic_init(&sum->references, 1);
+  sum->sum = zs_rbf_sum_new(fit->rbf, extra, zs_control_threads(control));
+  if (!sum->sum) {
+    free(sum);
+    return NULL;
+  }
+  if (cache)
+    zs_cache_add(cache, key, &sum_type, sum);
+  return sum;
+}

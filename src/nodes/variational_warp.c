@@ -1,0 +1,139 @@
+/* Pairs of <variational>: two shapes carried to half between them, so that what
+ * belongs together meets, and the shapes between them carried back. */
+#include "nodes/variational.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct pair {
+  double from[3], to[3];
+};
+
+static const zs_attribute attributes[] = {
+  ZS_POINT(struct pair, from, "from", NULL, "a point of the first shape"),
+  ZS_POINT(struct pair, to, "to", NULL, "the point of the second shape that it becomes"),
+};
+
+const zs_kind zs_variational_pair = {
+  .name = "pair",
+  .family = ZS_FAMILY_PART,
+  .summary = "a point of the first of two shapes, and the one of the second that it becomes",
+  .doc = "Both shapes are carried to half between the points of each pair, and fitted there; what "
+         "lies between them is carried back in proportion. In between, the displacement bends "
+         "least. z of 2D shapes is left out.",
+  .source = "Turk, O'Brien, \"Shape transformation using variational implicit functions\" (1999), "
+            "appendix",
+  .attributes = attributes,
+  .attribute_count = ZS_COUNT_OF(attributes),
+  .parameters_size = sizeof(struct pair),
+  .children = ZS_CHILDREN_NONE,
+};
+
+void zs_variational_warp_clear(zs_variational_warp *warp)
+{
+  for (int shape = 0; shape < 2; shape++)
+    for (int k = 0; k < 3; k++)
+      zs_rbf_free(warp->half[shape][k]);
+  *warp = (zs_variational_warp){0};
+}
+
+static size_t count_pairs(const zs_node *node)
+{
+  size_t count = 0;
+  for (size_t i = 0; i < node->child_count; i++)
+    count += node->children[i]->kind == &zs_variational_pair;
+  return count;
+}
+
+/* Gather where the pairs begin in one of the shapes, and half of the way to the
+ * other one, component by component. */
+static void gather(const zs_node *node, unsigned dimension, int shape, size_t count,
+                   double *positions, double *ways)
+{
+  size_t n = 0;
+  for (size_t i = 0; i < node->child_count; i++) {
+    if (node->children[i]->kind != &zs_variational_pair)
+      continue;
+    const struct pair *p = node->children[i]->parameters;
+    const double *from = shape ? p->to : p->from, *to = shape ? p->from : p->to;
+    for (unsigned k = 0; k < dimension; k++) {
+      positions[n * dimension + k] = from[k];
+      ways[k * count + n] = (to[k] - from[k]) / 2;
+    }
+    n++;
+  }
+}
+
+bool zs_variational_warp_make(zs_variational_warp *warp, const zs_node *node, unsigned dimension,
+                              const zs_control *control, zs_diag *diag)
+{
+  *warp = (zs_variational_warp){0};
+  const size_t count = count_pairs(node);
+  if (count == 0)
+    return true;
+  double *positions = malloc(count * dimension * sizeof *positions);
+  double *ways = malloc(count * dimension * sizeof *ways);
+  bool done = positions && ways;
+  if (!done)
+    zs_fail_memory(diag);
+  for (int shape = 0; done && shape < 2; shape++) {
+    gather(node, dimension, shape, count, positions, ways);
+    for (unsigned k = 0; done && k < dimension; k++) {
+      const zs_rbf_problem problem = {.dimension = dimension,
+                                      .kernel = zs_rbf_default_kernel(dimension),
+                                      .count = count,
+                                      .positions = positions,
+                                      .values = ways + k * count};
+      warp->half[shape][k] = zs_rbf_fit(&problem, control, &node->place, diag);
+      done = warp->half[shape][k] != NULL;
+    }
+  }
+  free(positions);
+  free(ways);
+  warp->dimension = dimension;
+  if (!done)
+    zs_variational_warp_clear(warp);
+  return done;
+}
+
+void zs_variational_warp_apply(const zs_variational_warp *warp, int shape, double *positions,
+                               size_t count)
+{
+  for (size_t i = 0; warp->dimension && i < count; i++) {
+    double *p = positions + i * warp->dimension, moved[3];
+    for (unsigned k = 0; k < warp->dimension; k++)
+      moved[k] = p[k] + zs_rbf_value(warp->half[shape][k], p);
+    memcpy(p, moved, warp->dimension * sizeof *p);
+  }
+}
+
+/* One component of a displacement. */
+static zs_value displacement(zs_compiler *compiler, const zs_rbf *rbf, const zs_coordinates *at)
+{
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, NULL, 1);
+  if (!sum || !zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return zs_emit_constant(compiler, 0);
+  }
+  return zs_variational_sum_emit(compiler, sum, rbf, NULL, at);
+}
+
+zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variational_warp *warp,
+                                        double time, const zs_coordinates *at)
+{
+  const int shape = time > 0.5;
+  const double part = fabs(1 - 2 * time);
+  if (!warp->dimension || part == 0)
+    return *at;
+  zs_value moved[3];
+  for (unsigned k = 0; k < 3; k++) {
+    moved[k] = zs_emit_coordinate(compiler, at, (int)k);
+    if (k < warp->dimension) {
+      zs_value way = displacement(compiler, warp->half[shape][k], at);
+      moved[k] = zs_emit(compiler, ZS_FUNCTION_ADD, moved[k],
+                         zs_emit_scaled(compiler, way, part), 0);
+    }
+  }
+  return zs_coordinates_from(moved[0], moved[1], moved[2]);
+}
