@@ -14,15 +14,22 @@ gallery_pictures = \
   doc/gallery/bracket.png \
   doc/gallery/bunny.png \
   doc/gallery/column.png \
+  doc/gallery/contours.png \
   doc/gallery/cup-slice.png \
   doc/gallery/cup.png \
   doc/gallery/flange.png \
+  doc/gallery/influence.png \
+  doc/gallery/influence-star.png \
   doc/gallery/loft.png \
-  doc/gallery/surface.png
+  doc/gallery/morph.png \
+  doc/gallery/morph-surface.png \
+  doc/gallery/surface.png \
+  doc/gallery/warp.png \
+  doc/gallery/warp-plain.png
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column cup flange loft surface; do \
+	for name in bracket bunny column contours cup flange influence loft morph surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done
@@ -30,4 +37,10 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/bracket-slice.png
 	./zeroset slice $(srcdir)/scenes/cup.xml --axis y --at 0 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/cup-slice.png
+	./zeroset render $(srcdir)/scenes/influence.xml --set t=0.1 --size 480x360 \
+	  -o $(srcdir)/doc/gallery/influence-star.png
+	./zeroset render $(srcdir)/scenes/morph.xml --object surface --view side --size 480x360 \
+	  -o $(srcdir)/doc/gallery/morph-surface.png
+	./zeroset render $(srcdir)/scenes/warp.xml --object plain --size 480x360 \
+	  -o $(srcdir)/doc/gallery/warp-plain.png
 .PHONY: gallery

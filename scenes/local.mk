@@ -4,8 +4,20 @@ EXTRA_DIST += \
   scenes/bunny.obj \
   scenes/bunny.xml \
   scenes/column.xml \
+  scenes/contours.xml \
   scenes/cup.xml \
   scenes/flange.xml \
+  scenes/influence.xml \
   scenes/library/mouldings.xml \
   scenes/loft.xml \
-  scenes/surface.xml
+  scenes/morph.xml \
+  scenes/morph/hook-down.xyz \
+  scenes/morph/hook-up.xyz \
+  scenes/morph/jug.txt \
+  scenes/morph/knot.xyz \
+  scenes/morph/ring.txt \
+  scenes/morph/shapes.py \
+  scenes/morph/star.xyz \
+  scenes/morph/torus.xyz \
+  scenes/surface.xml \
+  scenes/warp.xml

@@ -63,12 +63,14 @@ zs_box zs_box_of_first(const zs_node *node, const zs_box *children, size_t count
 zs_box zs_box_image(const zs_box *box, const double inverse[12])
 {
   double forward[12];
-  if (!zs_box_is_finite(box) || !zs_affine_invert(inverse, forward))
+  if (!zs_affine_invert(inverse, forward))
     return zs_box_everything();
   zs_box image;
   for (int i = 0; i < 3; i++) {
     image.lo[i] = image.hi[i] = forward[4 * i + 3];
     for (int j = 0; j < 3; j++) {
+      if (forward[4 * i + j] == 0) /* sides of endless boxes count only where they lead */
+        continue;
       double a = forward[4 * i + j] * box->lo[j], b = forward[4 * i + j] * box->hi[j];
       image.lo[i] += fmin(a, b);
       image.hi[i] += fmax(a, b);

@@ -90,6 +90,31 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_emit_extruded(compiler, f, beyond);
 }
 
+/* A turned shape may be anywhere in a circle. */
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct extrude *p = node->parameters;
+  const int x = (p->axis + 1) % 3, y = (p->axis + 2) % 3;
+  const bool centred = zs_node_has(node, "height");
+  zs_box shape = children[0], all;
+  const double grown = fmax(1, p->end_scale);
+  const double radius =
+    hypot(fmax(-shape.lo[0], shape.hi[0]), fmax(-shape.lo[1], shape.hi[1]));
+  for (int k = 0; k < 2; k++) {
+    /* Where the shape shrinks it may leave its box towards the axis. */
+    shape.lo[k] = p->end_scale == 1 ? shape.lo[k] : grown * fmin(shape.lo[k], 0);
+    shape.hi[k] = p->end_scale == 1 ? shape.hi[k] : grown * fmax(shape.hi[k], 0);
+  }
+  all.lo[x] = p->twist == 0 ? shape.lo[0] : -grown * radius;
+  all.hi[x] = p->twist == 0 ? shape.hi[0] : grown * radius;
+  all.lo[y] = p->twist == 0 ? shape.lo[1] : -grown * radius;
+  all.hi[y] = p->twist == 0 ? shape.hi[1] : grown * radius;
+  all.lo[p->axis] = centred ? -p->height / 2 : p->min;
+  all.hi[p->axis] = centred ? p->height / 2 : p->max;
+  return all;
+}
+
 const zs_kind zs_kind_extrude = {
   .name = "extrude",
   .family = ZS_FAMILY_SOLID_FROM_SHAPE,
@@ -104,4 +129,5 @@ const zs_kind zs_kind_extrude = {
   .children = ZS_CHILDREN_ONE,
   .check = check,
   .emit = emit,
+  .box = box,
 };

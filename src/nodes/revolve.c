@@ -1,5 +1,7 @@
 #include "nodes/common.h"
 
+#include <math.h>
+
 struct revolve {
   double offset;
   int axis;
@@ -26,6 +28,19 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_children_emit(compiler, node, &shape);
 }
 
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)count;
+  const struct revolve *p = node->parameters;
+  const double radius = fmax(fmax(children[0].hi[0] + p->offset, 0), -children[0].lo[0] - p->offset);
+  zs_box all;
+  for (int k = 0; k < 3; k++) {
+    all.lo[k] = k == p->axis ? children[0].lo[1] : -radius;
+    all.hi[k] = k == p->axis ? children[0].hi[1] : radius;
+  }
+  return all;
+}
+
 const zs_kind zs_kind_revolve = {
   .name = "revolve",
   .family = ZS_FAMILY_SOLID_FROM_SHAPE,
@@ -38,4 +53,5 @@ const zs_kind zs_kind_revolve = {
   .parameters_size = sizeof(struct revolve),
   .children = ZS_CHILDREN_ONE,
   .emit = emit,
+  .box = box,
 };

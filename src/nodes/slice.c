@@ -1,5 +1,7 @@
 #include "nodes/kind.h"
 
+#include <math.h>
+
 struct slice {
   double z;
 };
@@ -17,6 +19,15 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return zs_children_emit(compiler, node, &child);
 }
 
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)node, (void)count;
+  zs_box all = children[0];
+  all.lo[2] = -INFINITY;
+  all.hi[2] = INFINITY;
+  return all;
+}
+
 const zs_kind zs_kind_slice = {
   .name = "slice",
   .family = ZS_FAMILY_COORDINATE_MAP,
@@ -29,4 +40,5 @@ const zs_kind zs_kind_slice = {
   .parameters_size = sizeof(struct slice),
   .children = ZS_CHILDREN_ONE,
   .emit = emit,
+  .box = box,
 };

@@ -20,8 +20,9 @@ const zs_kind zs_variational_pair = {
   .family = ZS_FAMILY_PART,
   .summary = "a point of the first of two shapes, and the one of the second that it becomes",
   .doc = "Both shapes are carried to half between the points of each pair, and fitted there; what "
-         "lies between them is carried back in proportion. In between, the displacement bends "
-         "least. z of 2D shapes is left out.",
+         "lies between them is carried back in proportion. Elsewhere the displacement is what "
+         "bends least: give pairs on all sides of a solid, or it may become flat. z of 2D shapes "
+         "is left out.",
   .source = "Turk, O'Brien, \"Shape transformation using variational implicit functions\" (1999), "
             "appendix",
   .attributes = attributes,
@@ -36,6 +37,13 @@ void zs_variational_warp_clear(zs_variational_warp *warp)
     for (int k = 0; k < 3; k++)
       zs_rbf_free(warp->half[shape][k]);
   *warp = (zs_variational_warp){0};
+}
+
+/* The kernels of thin plates, in the plane and in space.  Others that are smoother
+ * at the pairs grow faster beyond them, and fold space over. */
+static zs_rbf_kernel kernel_for(unsigned dimension)
+{
+  return dimension == 2 ? ZS_RBF_TPS2 : ZS_RBF_R;
 }
 
 static size_t count_pairs(const zs_node *node)
@@ -81,7 +89,7 @@ bool zs_variational_warp_make(zs_variational_warp *warp, const zs_node *node, un
     gather(node, dimension, shape, count, positions, ways);
     for (unsigned k = 0; done && k < dimension; k++) {
       const zs_rbf_problem problem = {.dimension = dimension,
-                                      .kernel = zs_rbf_default_kernel(dimension),
+                                      .kernel = kernel_for(dimension),
                                       .count = count,
                                       .positions = positions,
                                       .values = ways + k * count};

@@ -9,7 +9,7 @@ static const double SPACING = 1.0 / 64;
  * sample of an edge lies, by the spacing; and how many times as far each next one,
  * until the spacing is reached.  All this keeps the zero set of a bar's fit within
  * 1e-4 of the bar's size of its polygon. */
-static const double SHARP = 0.866025403784438647, FIRST = 1.0 / 32, GROWTH = 1.5;
+static const double SHARP = 0.766044443118978035, FIRST = 1.0 / 32, GROWTH = 1.5;
 
 /* Rings on their way to samples. */
 typedef struct tracer {

@@ -14,7 +14,7 @@ typedef struct zs_rbf_plane {
 /* Append samples of closed polygons: all corners, and points on the edges that
  * are at most `spacing` apart, or when it is NaN a 64th of the polygons' size
  * (zs_rbf_samples_size); nearer together towards corners where the direction turns
- * by more than 30 degrees, so that these come out sharp.  Normals lie in the
+ * by more than 40 degrees, so that these come out sharp.  Normals lie in the
  * plane, across the edges, out of the solid: a point is inside when it is in an
  * odd number of rings, whichever way round they go.  Sharp corners have none.
  *

@@ -100,6 +100,35 @@ static void contours_lie_in_any_plane(void **state)
   zs_field_unref(field);
 }
 
+/* Bounds cannot tell where a fit ends; its box can, through what becomes of it. */
+static void boxes_follow_shapes(void **state)
+{
+  (void)state;
+#define SHAPE "<variational at='1 0 0'><contour points='" SQUARE "'/></variational>"
+  static const struct {
+    const char *body;
+    double lo[3], hi[3];
+  } cases[] = {
+    {"<extrude height='4'>" SHAPE "</extrude>", {1, 0, -2}, {3, 1, 2}},
+    {"<extrude axis='x' min='5' max='6'>" SHAPE "</extrude>", {5, 1, 0}, {6, 3, 1}},
+    {"<extrude height='4' end-scale='2'>" SHAPE "</extrude>", {1, 0, -2}, {6, 2, 2}},
+    {"<extrude height='4' twist='180'>" SHAPE "</extrude>", {-3, -1, -2}, {3, 3.17, 2}},
+    {"<revolve>" SHAPE "</revolve>", {-3, -3, 0}, {3, 3, 1}},
+    {"<revolve axis='y' offset='2'>" SHAPE "</revolve>", {-5, 0, -5}, {5, 1, 5}},
+    {"<extrude height='2'><slice z='3'>" SHAPE "</slice></extrude>", {1, 0, -1}, {3, 1, 1}},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    zs_field *field = compile(cases[i].body);
+    double lo[3], hi[3];
+    assert_true(zs_field_box(field, lo, hi, NULL));
+    for (int k = 0; k < 3; k++)
+      if (!(lo[k] < cases[i].lo[k] && lo[k] > cases[i].lo[k] - 0.4 && hi[k] > cases[i].hi[k] &&
+            hi[k] < cases[i].hi[k] + 0.4))
+        fail_msg("case %zu: %g to %g along axis %d", i, lo[k], hi[k], k);
+    zs_field_unref(field);
+  }
+}
+
 /* ---- Pictures --------------------------------------------------------------------- */
 
 enum { SIDE = 32 };
@@ -337,6 +366,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(contours_are_plane_shapes),
     cmocka_unit_test(contours_lie_in_any_plane),
+    cmocka_unit_test(boxes_follow_shapes),
     cmocka_unit_test(pictures_become_shapes),
     cmocka_unit_test(black_pictures_are_caps),
     cmocka_unit_test(bare_points_get_normals),
