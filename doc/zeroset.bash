@@ -21,7 +21,7 @@ _zeroset()
   case "${COMP_WORDS[1]}" in
     check) options="--object --set --threads --memory --allow-path --quiet --no-progress --help" ;;
     info) options="--json --object --set --threads --memory --allow-path --quiet --no-progress --help" ;;
-    mesh) options="--output --resolution --cell --method --simplify --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
+    mesh) options="--output --resolution --cell --method --simplify --seed --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     voxel) options="--output --resolution --cell --quantity --type --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     render) options="--output --size --view --mode --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     slice) options="--output --quantity --size --z --axis --at --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;

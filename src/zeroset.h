@@ -173,6 +173,10 @@ typedef struct zs_fit_info {
   size_t constraints;
   double seconds, residual; /* residual: max |f(c) - h| in the values' own unit */
   uint64_t bytes;
+  const double *points;     /* 3 each: the points fitted that lie on the surface, in the scene's
+                               coordinates, for as long as the field; NULL: of shapes between
+                               which f lies, of 2D shapes, and inside maps that are not affine */
+  size_t point_count;
 } zs_fit_info;
 
 typedef struct zs_field_info {
@@ -300,6 +304,13 @@ typedef struct zs_mesh_report {
 } zs_mesh_report;
 
 ZS_API bool zs_mesh_check(const zs_mesh *mesh, zs_mesh_report *report, zs_diag *diag);
+
+/* Keep the connected components that points select, 3 coordinates each: every
+ * point selects the one with the vertex nearest to it, unless that is farther
+ * away than `reach`, which may be INFINITY.  The order of what is kept stays.
+ * Nothing selected is an error (ZS_ERROR_UNABLE), and leaves the mesh as it is. */
+ZS_API bool zs_mesh_keep_components(zs_mesh *mesh, const double *points, size_t count,
+                                    double reach, zs_diag *diag);
 
 /* Simplify in place by quadric edge collapses while the surface stays within
  * `error` (scene units) of itself by the quadric measure. */

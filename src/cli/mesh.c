@@ -1,6 +1,10 @@
 #include "cli/commands.h"
 #include "cli/session.h"
 
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 static void report_mesh(cli_session *session, const char *output, const zs_mesh *mesh,
                         const zs_mesh_report *check)
 {
@@ -27,6 +31,39 @@ static void tell_mesh(const cli_session *session, const char *output, const zs_m
           check->manifold ? "manifold" : "not manifold", check->components,
           check->components == 1 ? "" : "s", check->volume, *units ? " " : "", units,
           *units ? "^3" : "", cli_clock() - session->begun);
+}
+
+/* Keep what touches a point of any fit: constraints lie on the surface, and a mesh
+ * is as near to it as its cells are large. */
+static bool keep_at_constraints(cli_session *session, zs_mesh *mesh, const zs_grid *grid)
+{
+  const double reach = hypot(hypot(grid->cell[0], grid->cell[1]), grid->cell[2]);
+  double *points = NULL;
+  size_t count = 0;
+  zs_fit_info fit;
+  bool good = true;
+  for (size_t i = 0; good && zs_field_fit(session->field, i, &fit); i++) {
+    double *more = realloc(points, 3 * (count + fit.point_count + 1) * sizeof *points);
+    good = more || cli_error("out of memory");
+    points = more ? more : points;
+    if (good && fit.point_count)
+      memcpy(points + 3 * count, fit.points, 3 * fit.point_count * sizeof *points);
+    count += fit.point_count;
+  }
+  if (good && count == 0)
+    good = cli_error("--seed constraints: no variational fit has points that lie in space");
+  good = good && zs_mesh_keep_components(mesh, points, count, reach, &session->diag);
+  free(points);
+  return good;
+}
+
+static bool keep_seeded(cli_session *session, zs_mesh *mesh, const zs_grid *grid)
+{
+  const cli_options *options = session->options;
+  if (options->seed_constraints && !keep_at_constraints(session, mesh, grid))
+    return false;
+  return !options->seed_count || zs_mesh_keep_components(mesh, options->seeds, options->seed_count,
+                                                         INFINITY, &session->diag);
 }
 
 /* Simplify, check and write; the seconds go where they belong. */
@@ -71,7 +108,7 @@ static bool frame(cli_session *session, const char *output)
     return false;
   session->seconds.evaluate = session->job.seconds_evaluate;
   session->seconds.assemble = session->job.seconds_assemble;
-  bool good = finish_mesh(session, mesh, output);
+  bool good = keep_seeded(session, mesh, &grid) && finish_mesh(session, mesh, output);
   zs_mesh_free(mesh);
   return good;
 }

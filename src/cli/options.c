@@ -186,6 +186,23 @@ static bool parse_simplify(const cli_option *option, const char *text, cli_optio
   return true;
 }
 
+static bool parse_seed(const cli_option *option, const char *text, cli_options *options)
+{
+  double point[3];
+  if (strcmp(text, "constraints") == 0) {
+    options->seed_constraints = true;
+    return true;
+  }
+  if (cli_numbers_parse(text, point, 3) != 3)
+    return expected(option, text, "three numbers \"x y z\", or 'constraints'");
+  double *seeds = realloc(options->seeds, 3 * (options->seed_count + 1) * sizeof *seeds);
+  if (!seeds)
+    return out_of_memory();
+  options->seeds = seeds;
+  memcpy(seeds + 3 * options->seed_count++, point, sizeof point);
+  return true;
+}
+
 static bool parse_size(const cli_option *option, const char *text, cli_options *options)
 {
   char first[16];
@@ -272,6 +289,9 @@ const cli_option cli_option_table[] = {
    "How the surface is found; features makes sharper edges and fewer slivers (default contour)"},
   {"simplify", 0, "ERROR", CLI_MESH, .parse = parse_simplify,
    .help = "Remove triangles while the surface moves less than ERROR"},
+  {"seed", 0, "POINT", CLI_MESH, .parse = parse_seed,
+   .help = "Keep only the connected part of the surface nearest to a point \"x y z\", or with "
+           "'constraints' all parts that touch a point of a variational fit; may be repeated"},
   {"quantity", 0, "NAME", CLI_VOXEL | CLI_SLICE, AT(quantity), quantities, parse_choice,
    "What to write: the value of f, or whether f >= 0 (default value)"},
   {"type", 0, "NAME", CLI_VOXEL, AT(type), types, parse_type,
@@ -478,6 +498,8 @@ static bool consistent(const cli_options *options)
 {
   if (options->resolution && options->has_cell)
     return cli_error("--resolution and --cell exclude each other");
+  if (options->seed_constraints && options->seed_count)
+    return cli_error("--seed: points and 'constraints' exclude each other");
   if (options->has_z && (options->has_at || options->has_axis))
     return cli_error("--z excludes --axis and --at");
   if (options->command->bit & CLI_EVAL && strcmp(options->scene, "-") == 0)
@@ -517,4 +539,5 @@ void cli_options_clear(cli_options *options)
 {
   free(options->settings);
   free(options->allow_paths);
+  free(options->seeds);
 }

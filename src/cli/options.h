@@ -54,6 +54,9 @@ typedef struct cli_options {
 
   bool has_simplify;
   double simplify;
+  bool seed_constraints; /* what to keep of a mesh: at constraints, and at points */
+  double *seeds;         /* 3 each; owned */
+  size_t seed_count;
   int method, quantity, type, mode, format; /* zs_mesh_method, ... zs_document */
   bool has_type;
   bool report_json, json, gradient, binary, manual;

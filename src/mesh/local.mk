@@ -2,6 +2,7 @@
 zs_sources += \
   src/mesh/check.c \
   src/mesh/input.h \
+  src/mesh/keep.c \
   src/mesh/mesh.c \
   src/mesh/mesh.h \
   src/mesh/openmesh.cc \

@@ -163,8 +163,31 @@ zs_value zs_variational_sum_emit(zs_compiler *compiler, const zs_rbf_sum *sum, c
   return zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
 }
 
-static void describe(zs_compiler *compiler, const zs_node *node, const zs_rbf *rbf)
+/* The points that were fitted, in the scene's coordinates, where these lead there. */
+static double *world_points(zs_compiler *compiler, const zs_variational_fit *fit,
+                            const zs_coordinates *at, size_t *count)
 {
+  double to_world[12];
+  const double *points = zs_variational_fit_points(fit, count);
+  if (*count == 0 || !at->root || !zs_affine_invert(at->matrix, to_world))
+    return NULL;
+  double *world = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, 3 * *count);
+  if (!world)
+    zs_fail_memory(zs_compiler_diag(compiler));
+  for (size_t i = 0; world && i < *count; i++)
+    for (size_t k = 0; k < 3; k++) {
+      const double *row = to_world + 4 * k, *p = points + 3 * i;
+      world[3 * i + k] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+    }
+  return world;
+}
+
+static void describe(zs_compiler *compiler, const zs_node *node, const zs_variational_fit *fit,
+                     const zs_coordinates *at)
+{
+  const zs_rbf *rbf = zs_variational_fit_rbf(fit);
+  size_t count;
+  const double *points = world_points(compiler, fit, at, &count);
   const zs_fit_info info = {.element = node->kind->name,
                             .kernel = zs_rbf_kernel_names[rbf->kernel],
                             .method = rbf->method,
@@ -173,7 +196,9 @@ static void describe(zs_compiler *compiler, const zs_node *node, const zs_rbf *r
                             .constraints = rbf->count,
                             .seconds = rbf->seconds,
                             .residual = rbf->residual,
-                            .bytes = rbf->bytes};
+                            .bytes = rbf->bytes,
+                            .points = points,
+                            .point_count = points ? count : 0};
   zs_compiler_add_fit(compiler, &info);
 }
 
@@ -208,7 +233,7 @@ static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_va
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }
-  describe(compiler, node, rbf);
+  describe(compiler, node, fit, at);
   return zs_variational_sum_emit(compiler, zs_variational_sum_data(sum), rbf,
                                  third ? beyond : NULL, at);
 }

@@ -96,6 +96,9 @@ const zs_rbf *zs_variational_fit_rbf(const zs_variational_fit *fit);
 /* The length of one unit of `slice` and `at`. */
 double zs_variational_fit_separation(const zs_variational_fit *fit);
 
+/* The points on the surface, in the node's coordinates; none of shapes. */
+const double *zs_variational_fit_points(const zs_variational_fit *fit, size_t *count);
+
 /* What is evaluated where the coordinates beyond space are `extra`, made now or
  * remembered, to be released by zs_variational_sum_unref; NULL when memory is out. */
 typedef struct zs_variational_sum zs_variational_sum;

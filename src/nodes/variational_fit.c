@@ -41,6 +41,8 @@ struct zs_variational_fit {
   uint64_t key[2];
   zs_rbf *rbf;
   double separation;
+  double *points; /* 3 each, on the surface */
+  size_t point_count;
 };
 
 struct zs_variational_sum {
@@ -61,6 +63,7 @@ void zs_variational_fit_unref(void *data)
   if (atomic_fetch_sub_explicit(&fit->references, 1, memory_order_acq_rel) > 1)
     return;
   zs_rbf_free(fit->rbf);
+  free(fit->points);
   free(fit);
 }
 
@@ -91,6 +94,12 @@ const zs_rbf *zs_variational_fit_rbf(const zs_variational_fit *fit)
 double zs_variational_fit_separation(const zs_variational_fit *fit)
 {
   return fit->separation;
+}
+
+const double *zs_variational_fit_points(const zs_variational_fit *fit, size_t *count)
+{
+  *count = fit->point_count;
+  return fit->points;
 }
 
 const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum)
@@ -251,6 +260,20 @@ static zs_rbf *solve(const request *r, const zs_control *control, zs_diag *diag)
   return rbf;
 }
 
+/* Keep the samples that lie on the surface, of a solid without shapes. */
+static bool keep_points(zs_variational_fit *fit, const request *r)
+{
+  const zs_rbf_samples *samples = &r->groups[0].samples;
+  if (r->extra || r->dimension < 3)
+    return true;
+  fit->points = malloc(3 * samples->count * sizeof *fit->points);
+  for (size_t i = 0; fit->points && i < samples->count; i++)
+    if (samples->samples[i].value == 0)
+      memcpy(fit->points + 3 * fit->point_count++, samples->samples[i].position,
+             3 * sizeof *fit->points);
+  return fit->points != NULL;
+}
+
 static zs_variational_fit *make(request *r, const uint64_t key[2], const zs_control *control,
                                 zs_diag *diag)
 {
@@ -267,7 +290,11 @@ static zs_variational_fit *make(request *r, const uint64_t key[2], const zs_cont
   memcpy(fit->key, key, sizeof fit->key);
   fit->rbf = rbf;
   fit->separation = r->separation;
-  return fit;
+  if (keep_points(fit, r))
+    return fit;
+  zs_variational_fit_unref(fit);
+  zs_fail_memory(diag);
+  return NULL;
 }
 
 /* One group for each shape, or one for all parts. */

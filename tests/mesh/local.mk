@@ -1,6 +1,9 @@
 zs_tests += tests/mesh/test_check
 tests_mesh_test_check_SOURCES = \
   tests/mesh/test_check.c tests/mesh/solids.c tests/mesh/solids.h tests/random.h
+zs_tests += tests/mesh/test_keep
+tests_mesh_test_keep_SOURCES = \
+  tests/mesh/test_keep.c tests/mesh/solids.c tests/mesh/solids.h tests/random.h
 zs_tests += tests/mesh/test_files
 tests_mesh_test_files_SOURCES = \
   tests/mesh/test_files.c tests/mesh/solids.c tests/mesh/solids.h tests/random.h

@@ -237,6 +237,35 @@ static void bare_points_get_normals(void **state)
   zs_field_unref(field);
 }
 
+/* The points of a fit are told where they are in the scene. */
+static void fitted_points_are_told(void **state)
+{
+  (void)state;
+  write_sphere("bare.xyz", 100);
+  zs_field *field = compile("<variational at='10 20 30' rotate='20 30 40' scale='2'>"
+                            "<points src='bare.xyz' normals='estimate'/>"
+                            "<point at='0 0 0' value='1'/></variational>");
+  zs_eval *eval = evaluator(field);
+  zs_fit_info info;
+  assert_true(zs_field_fit(field, 0, &info));
+  assert_int_equal(info.point_count, 100);
+  for (size_t i = 0; i < info.point_count; i++)
+    assert_true(fabs(zs_eval_point(eval, info.points + 3 * i)) < 1e-6);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+  static const char *const none[] = {
+    "<twist rate='10'><variational><points src='bare.xyz'/></variational></twist>",
+    "<variational><contour points='" SQUARE "'/></variational>",
+    "<variational slice='0'><shape at='0'><points src='bare.xyz'/></shape></variational>"};
+  for (int i = 0; i < 3; i++) {
+    field = compile(none[i]);
+    assert_true(zs_field_fit(field, 0, &info));
+    assert_int_equal(info.point_count, 0);
+    assert_null(info.points);
+    zs_field_unref(field);
+  }
+}
+
 /* ---- Settings --------------------------------------------------------------------- */
 
 static size_t constraints_of(const char *body)
@@ -370,6 +399,7 @@ int main(void)
     cmocka_unit_test(pictures_become_shapes),
     cmocka_unit_test(black_pictures_are_caps),
     cmocka_unit_test(bare_points_get_normals),
+    cmocka_unit_test(fitted_points_are_told),
     cmocka_unit_test(budgets_and_tolerances_save_constraints),
     cmocka_unit_test(degrees_are_met_exactly),
     cmocka_unit_test(mistakes_are_explained),
