@@ -1,5 +1,10 @@
 # This room adds to the lists that Makefile.am describes.
 zs_sources += \
+  src/rbf/cells.c \
+  src/rbf/cells.h \
+  src/rbf/centre.h \
+  src/rbf/chebyshev.c \
+  src/rbf/chebyshev.h \
   src/rbf/clusters.c \
   src/rbf/clusters.h \
   src/rbf/constraints.c \
@@ -28,25 +33,28 @@ zs_sources += \
   src/rbf/nodes.h \
   src/rbf/normals.c \
   src/rbf/normals.h \
+  src/rbf/pairs.h \
   src/rbf/phi.h \
   src/rbf/product.c \
   src/rbf/product.h \
   src/rbf/schwarz.c \
   src/rbf/schwarz.h \
-  src/rbf/series.c \
-  src/rbf/series.h \
   src/rbf/solve.h \
   src/rbf/sum.c \
   src/rbf/sum.h \
+  src/rbf/swarms.c \
+  src/rbf/swarms.h \
   src/rbf/system.c \
   src/rbf/system.h \
+  src/rbf/target.c \
+  src/rbf/target.h \
   src/rbf/tree.c \
   src/rbf/tree.h \
   src/rbf/vector.h
 
 zs_kernel_sources += \
+  src/rbf/cells.kernel.c \
   src/rbf/local.kernel.c \
   src/rbf/nodes.kernel.c \
   src/rbf/product.kernel.c \
-  src/rbf/series.kernel.c \
   src/rbf/sum.kernel.c

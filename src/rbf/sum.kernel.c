@@ -1,20 +1,11 @@
-/* Block kernels of radial sums.  Compiled once per instruction set.
- *
- * A handful of points stays in registers while the centres of a tile, which
- * fits the first-level cache, stream past. */
-#include "rbf/phi.h"
+/* Block kernels of radial sums.  Compiled once per instruction set. */
+#include "rbf/pairs.h"
 #include "rbf/sum.h"
 
 #include <math.h>
 #include <string.h>
 
-enum {
-  VECTORS = 2, /* accumulators, to hide latencies */
-  POINTS = VECTORS * ZS_WIDTH,
-  TILE = 512 /* centres: 20 KB */
-};
-
-typedef zs_vector vector;
+enum { TILE = 512 /* centres: 20 KB, to fit the nearest cache */ };
 
 /* A block's points and sums in double precision: row 0 of `sum` is f, the
  * others are its derivatives. */
@@ -30,10 +21,10 @@ static void convert(block *b, const zs_block_arguments *a)
       b->point[k][i] = (double)a->in[k][i];
 }
 
-/* Start the sums with the polynomial of a whole sum. */
-static inline ZS_ALWAYS void begin_whole(block *b, const zs_rbf_sum *sum, unsigned n, bool gradient)
+/* Start the sums with the polynomial. */
+static inline ZS_ALWAYS void begin(block *b, const zs_rbf_terms *terms, unsigned n, bool gradient)
 {
-  const double *c = sum->polynomial;
+  const double *c = terms->polynomial;
   for (unsigned i = 0; i < n; i++) {
     const double x = b->point[0][i], y = b->point[1][i], z = b->point[2][i];
     b->sum[0][i] = c[0] + x * (c[1] + c[4] * x + c[5] * y + c[6] * z) +
@@ -46,105 +37,29 @@ static inline ZS_ALWAYS void begin_whole(block *b, const zs_rbf_sum *sum, unsign
   }
 }
 
-/* A polynomial in some of the variables, and its derivatives by them. */
-typedef struct horner {
-  vector f, x, y, z;
-} horner;
-
-/* Start the sums of some points with the series of a restricted sum, by
- * Horner's rule in z within y within x, derivatives alongside. */
-static inline ZS_ALWAYS void begin_restricted(block *b, const zs_rbf_sum *sum, unsigned from,
-                                           bool gradient)
-{
-  const double *c = sum->series;
-  const unsigned degree = sum->layout->degree;
-  vector t[3];
-  horner p = {.f = {0}};
-  for (int k = 0; k < 3; k++) {
-    memcpy(&t[k], &b->point[k][from], sizeof t[k]);
-    t[k] -= sum->middle[k];
-  }
-  for (unsigned i = degree + 1; i-- > 0;) {
-    horner q = {.f = {0}};
-    for (unsigned j = degree - i + 1; j-- > 0;) {
-      horner r = {.f = {0}};
-      for (unsigned k = degree - i - j + 1; k-- > 0;) {
-        if (gradient)
-          r.z = r.z * t[2] + r.f;
-        r.f = r.f * t[2] + *c++;
-      }
-      if (gradient) {
-        q.y = q.y * t[1] + q.f;
-        q.z = q.z * t[1] + r.z;
-      }
-      q.f = q.f * t[1] + r.f;
-    }
-    if (gradient) {
-      p.x = p.x * t[0] + p.f;
-      p.y = p.y * t[0] + q.y;
-      p.z = p.z * t[0] + q.z;
-    }
-    p.f = p.f * t[0] + q.f;
-  }
-  memcpy(&b->sum[0][from], &p.f, sizeof p.f);
-  if (gradient) {
-    memcpy(&b->sum[1][from], &p.x, sizeof p.x);
-    memcpy(&b->sum[2][from], &p.y, sizeof p.y);
-    memcpy(&b->sum[3][from], &p.z, sizeof p.z);
-  }
-}
-
-static inline ZS_ALWAYS void begin(block *b, const zs_block_arguments *a, bool gradient)
-{
-  const zs_rbf_sum *sum = a->data;
-  convert(b, a);
-  if (!sum->series)
-    begin_whole(b, sum, a->n, gradient);
-  else
-    for (unsigned i = 0; i < a->n; i += ZS_WIDTH)
-      begin_restricted(b, sum, i, gradient);
-}
-
-/* Add some centres to the sums of POINTS points. */
-static inline ZS_ALWAYS void add(zs_rbf_kernel kernel, block *b, unsigned from,
-                              const zs_rbf_centre *centres, size_t count, bool gradient)
-{
-  vector point[3][VECTORS], sum[4][VECTORS];
-  const unsigned rows = gradient ? 4 : 1;
-  for (unsigned k = 0; k < 3; k++)
-    memcpy(point[k], &b->point[k][from], sizeof point[k]);
-  for (unsigned k = 0; k < rows; k++)
-    memcpy(sum[k], &b->sum[k][from], sizeof sum[k]);
-  for (size_t j = 0; j < count; j++) {
-    const zs_rbf_centre c = centres[j];
-    for (unsigned v = 0; v < VECTORS; v++) {
-      vector x = point[0][v] - c.x, y = point[1][v] - c.y, z = point[2][v] - c.z;
-      vector s = x * x + y * y + z * z + c.lift;
-      if (!gradient) {
-        sum[0][v] += c.weight * zs_vector_phi(kernel, s);
-        continue;
-      }
-      vector slope;
-      sum[0][v] += c.weight * zs_vector_phi_and_slope(kernel, s, &slope);
-      slope *= c.weight;
-      sum[1][v] += slope * x;
-      sum[2][v] += slope * y;
-      sum[3][v] += slope * z;
-    }
-  }
-  for (unsigned k = 0; k < rows; k++)
-    memcpy(&b->sum[k][from], sum[k], sizeof sum[k]);
-}
-
+/* Take all terms, one by one or cell by cell. */
 static inline ZS_ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_block_arguments *a,
-                                  bool gradient)
+                                     bool gradient)
 {
   const zs_rbf_sum *sum = a->data;
-  begin(b, a, gradient);
-  for (size_t tile = 0; tile < sum->count; tile += TILE) {
-    size_t count = sum->count - tile < TILE ? sum->count - tile : TILE;
-    for (unsigned i = 0; i < a->n; i += POINTS)
-      add(kernel, b, i, sum->centres + tile, count, gradient);
+  const zs_rbf_terms *terms = &sum->terms;
+  convert(b, a);
+  if (sum->restricted) {
+    ZS_KERNELS(zs_cells_kernels)[kernel].evaluate(
+      sum->cells, terms, a->n, (const double(*)[ZS_BLOCK])b->point, b->sum, gradient);
+    return;
+  }
+  begin(b, terms, a->n, gradient);
+  for (size_t tile = 0; tile < terms->count; tile += TILE) {
+    const size_t count = terms->count - tile < TILE ? terms->count - tile : TILE;
+    for (unsigned i = 0; i < a->n; i += ZS_PAIRS_POINTS) {
+      const double *const point[3] = {&b->point[0][i], &b->point[1][i], &b->point[2][i]};
+      double *const row[4] = {&b->sum[0][i], &b->sum[1][i], &b->sum[2][i], &b->sum[3][i]};
+      zs_pairs pairs;
+      zs_pairs_load(&pairs, point, row, gradient);
+      zs_pairs_add(kernel, &pairs, terms->centres + tile, count, gradient);
+      zs_pairs_store(&pairs, row, gradient);
+    }
   }
 }
 

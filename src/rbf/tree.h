@@ -1,13 +1,13 @@
 /* Enclosures of a radial sum over boxes.
  *
  * A sum's own Lipschitz constant is useless: weights of opposite signs, each
- * many times the sum, nearly cancel.  So terms are added up before anything is
- * bounded: the series (rbf/series.h) of the centres about the middle of a cell
- * become one polynomial and a bound for its remainder; centres too near for
- * that are bounded one by one.
+ * many times the sum, nearly cancel.  So f itself is interpolated in a cell, at a
+ * few Chebyshev nodes along each side: the coefficients bound the polynomial, and
+ * the highest of them tell what it leaves out.  That is evidence, not proof; it
+ * is doubled, and tests look for exceptions.
  *
- * Cells form octrees over a cube ten times as wide as the unit box; those
- * whose enclosure tells no sign are divided further. */
+ * Cells form octrees over the cube of cells.h; those whose enclosure tells no
+ * sign are divided further, down to a hundredth of the unit box. */
 #ifndef ZS_RBF_TREE_H
 #define ZS_RBF_TREE_H
 
@@ -16,10 +16,9 @@
 struct zs_rbf_sum;
 typedef struct zs_rbf_tree zs_rbf_tree;
 
-/* Build the enclosures of a sum, of which all but the tree is filled in;
- * `slope` is the size that its gradients typically have.  NULL when memory is
- * out. */
-zs_rbf_tree *zs_rbf_tree_new(const struct zs_rbf_sum *sum, double slope, unsigned threads);
+/* Build the enclosures of a sum, of which all but the tree is filled in.  NULL
+ * when memory is out. */
+zs_rbf_tree *zs_rbf_tree_new(const struct zs_rbf_sum *sum, unsigned threads);
 void zs_rbf_tree_free(zs_rbf_tree *tree);
 
 /* An enclosure over a box, for values of the sum and of its restrictions, in

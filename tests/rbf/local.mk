@@ -1,5 +1,6 @@
 # This room adds to the lists that Makefile.am describes.
 zs_tests += \
+  tests/rbf/test_cells \
   tests/rbf/test_constraints \
   tests/rbf/test_contour \
   tests/rbf/test_fast \
@@ -9,6 +10,7 @@ zs_tests += \
   tests/rbf/test_normals \
   tests/rbf/test_solvers \
   tests/rbf/test_sum
+tests_rbf_test_cells_SOURCES = tests/rbf/test_cells.c tests/random.h
 tests_rbf_test_constraints_SOURCES = tests/rbf/test_constraints.c tests/random.h
 tests_rbf_test_contour_SOURCES = tests/rbf/test_contour.c
 tests_rbf_test_fast_SOURCES = tests/rbf/test_fast.c tests/random.h
