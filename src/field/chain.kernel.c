@@ -198,16 +198,20 @@ ZS_INLINE void join_slope(slopes *t, shape_point at, const link *link, shape *di
   const zs_lanes sign = zs_lanes_all(link->sign);
   const bool only_moved = link->place.kind == MOVED;
   const shape_point local = only_moved ? moved(&m, at.x, at.y, at.z) : affine(&m, at.x, at.y, at.z);
-  const shape_point own = gradient(local, s);
-  const shape_point by_place = only_moved ? own : by_inputs(&m, own);
   const zs_lanes b = sign * (s.r - distance(local, s));
   const joint_weights w = joint_weights_of(t->f > b, slope(zs_lanes_absolute(t->f - b), c));
-  const zs_lanes of_link = sign * w.b;
   t->f = joined(t->f, b, c, rise);
+  const zs_lanes_mask counts = w.b != 0;
+  if (!zs_lanes_bits(counts)) /* neighbouring points have much the same links */
+    return;
+  const shape_point own = gradient(local, s);
+  const shape_point by_place = only_moved ? own : by_inputs(&m, own);
+  const zs_lanes of_link = sign * w.b;
   t->weight *= w.a;
-  t->g[0] = w.a * t->g[0] + of_link * by_place.x;
-  t->g[1] = w.a * t->g[1] + of_link * by_place.y;
-  t->g[2] = w.a * t->g[2] + of_link * by_place.z;
+  /* Where the link does not count, zeros keep their signs, whatever the other points do. */
+  t->g[0] = zs_lanes_select(counts, w.a * t->g[0] + of_link * by_place.x, t->g[0]);
+  t->g[1] = zs_lanes_select(counts, w.a * t->g[1] + of_link * by_place.y, t->g[1]);
+  t->g[2] = zs_lanes_select(counts, w.a * t->g[2] + of_link * by_place.z, t->g[2]);
 }
 
 ZS_INLINE void join_slopes(slopes *t, shape_point at, const link *links, unsigned n,

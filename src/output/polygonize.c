@@ -310,6 +310,7 @@ static bool run_features(zs_polygonize_job *job, double *evaluated)
 static bool run(zs_polygonize_job *job, double *evaluated)
 {
   zs_contour_table_make(&job->cases);
+  zs_bit_table_make(&job->bit_table);
   if (!allocate(job) || !zs_polygonize_sample(job) || !number(job))
     return false;
   if (!(job->features ? run_features(job, evaluated) : run_contour(job, evaluated)))

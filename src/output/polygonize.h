@@ -52,6 +52,13 @@ typedef struct zs_crease {
   bool alone;      /* no other vertex can be where it is */
 } zs_crease;
 
+/* For every eight bits, which of them are set, in ascending order, and how many. */
+typedef struct zs_bit_table {
+  uint8_t places[256][8], counts[256];
+} zs_bit_table;
+
+void zs_bit_table_make(zs_bit_table *table);
+
 typedef struct zs_normal_box {
   float lo[3], hi[3]; /* lo > hi: empty */
 } zs_normal_box;
@@ -95,10 +102,11 @@ struct zs_brick {
   size_t first_vertex, first_triangle;
   const zs_moved *moved;
   uint32_t moved_count;
-  /* Values at the ends of the crossing edges that lie in the brick, inner end
-   * first, in order of part, row, axis and x; NULL when not known, and after vertices
-   * are found. */
-  const float (*ends)[2];
+  /* f at the ends of the crossing edges that lie in the brick, in the order of
+   * zs_edge_list: at all inner ends, then at all outer ones; NULL when not known, and
+   * after vertices are found. */
+  const float *ends;
+  uint32_t end_count; /* of those edges */
   zs_crease *creases; /* in ascending order of cells */
   uint32_t crease_count, crowded_count; /* of them, those that are not alone */
   size_t first_crease; /* the vertex of the first one */
@@ -134,6 +142,7 @@ typedef struct zs_polygonize_job {
   double tolerance;  /* of vertices, in scene units */
   double apart;      /* least distance of a vertex from the ends of its edge */
   zs_contour_table cases;
+  zs_bit_table bit_table;
   double lo[3], cell[3];
   uint32_t corners[3]; /* of the lattice, pads included */
   uint32_t bricks[3];
@@ -196,6 +205,18 @@ const zs_brick *zs_lattice_brick(const zs_polygonize_job *job, const uint32_t in
  * which it is the next one. */
 const zs_brick *zs_brick_upper(const zs_polygonize_job *job, const zs_brick *brick, unsigned d);
 
+/* Corners lo <= i < hi of a brick. */
+typedef struct zs_corner_box {
+  unsigned lo[3], hi[3];
+} zs_corner_box;
+
+/* The bits of a row of corners. */
+unsigned zs_corner_box_row(const zs_corner_box *box, unsigned row);
+
+/* The corners of a brick that are not pads; false when there are none. */
+bool zs_brick_real_corners(const zs_polygonize_job *job, const uint32_t index[3],
+                           zs_corner_box *real);
+
 /* The frame that all of a brick's evaluations use: its origin is the lattice
  * place of corner 8, where it would be without pads. */
 zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick);
@@ -226,6 +247,11 @@ static inline unsigned zs_part_row(const zs_part *part, unsigned i)
 }
 
 enum { ZS_PART_ROWS = ZS_PART_WIDTH * ZS_PART_HEIGHT };
+
+enum {
+  ZS_BRICK_EDGES = 3 * ZS_BRICK_CORNERS,
+  ZS_EDGE_RUN = ZS_PART_WIDTH /* edges are listed so many at a time: lists have room for more */
+};
 
 /* ---- Cells -------------------------------------------------------------------- */
 

@@ -12,10 +12,8 @@ static void find_signs(const float f[ZS_BRICK_CORNERS], zs_row_bits signs)
       zs_set_bits(&signs[row], part, zs_lanes_load(f + row * ZS_BRICK + part) >= 0);
 }
 
-static unsigned find_inner(const zs_row_bits signs, const zs_row_bits real,
-                           zs_row_bits crossing[3])
+static void find_inner(const zs_row_bits signs, const zs_row_bits real, zs_row_bits crossing[3])
 {
-  unsigned count = 0;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     crossing[0][row] =
       (uint16_t)((signs[row] ^ signs[row] >> 1) & real[row] & real[row] >> 1 & 0x7fff);
@@ -31,10 +29,6 @@ static unsigned find_inner(const zs_row_bits signs, const zs_row_bits real,
       (uint16_t)((signs[row] ^ signs[row + ZS_BRICK]) & real[row] & real[row + ZS_BRICK]);
   for (unsigned row = last; row < ZS_BRICK_ROWS; row++)
     crossing[2][row] = 0;
-  for (unsigned axis = 0; axis < 3; axis++)
-    for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-      count += zs_ones(crossing[axis][row]);
-  return count;
 }
 
 /* Corners at the brick's sides, which may have a crossing edge to a neighbour
@@ -158,6 +152,127 @@ static void find_cells(const zs_brick_rows rows, zs_row_bits cells)
     }
 }
 
+/* ---- Lists of edges --------------------------------------------------------------------
+ *
+ * Few rows of a brick have edges, and those have few: a loop over the bits of a row
+ * ends where no processor expects it.  A run of bits at a time, there is none. */
+
+typedef float run_floats __attribute__((vector_size(ZS_EDGE_RUN * sizeof(float))));
+typedef int32_t run_numbers __attribute__((vector_size(ZS_EDGE_RUN * sizeof(int32_t))));
+typedef uint16_t run_edges __attribute__((vector_size(ZS_EDGE_RUN * sizeof(uint16_t))));
+typedef uint8_t run_places __attribute__((vector_size(ZS_EDGE_RUN)));
+
+static const run_numbers RUN = {0, 1, 2, 3, 4, 5, 6, 7};
+
+static inline run_numbers places_of(const zs_bit_table *table, unsigned bits)
+{
+  run_places places;
+  memcpy(&places, table->places[bits], sizeof places);
+  return __builtin_convertvector(places, run_numbers);
+}
+
+static inline run_floats load_run(const float *from)
+{
+  run_floats run;
+  memcpy(&run, from, sizeof run);
+  return run;
+}
+
+static inline void store_run(float *to, run_floats run)
+{
+  memcpy(to, &run, sizeof run);
+}
+
+static inline run_floats select_run(run_numbers mask, run_floats yes, run_floats no)
+{
+  return (run_floats)((mask & (run_numbers)yes) | (~mask & (run_numbers)no));
+}
+
+/* The bits of a row that belong to a part. */
+static inline unsigned run_of(unsigned bits, const zs_part *part)
+{
+  return bits >> part->first[0] & ((1u << ZS_EDGE_RUN) - 1);
+}
+
+/* The rows of a part that have edges in it. */
+static inline unsigned rows_with_edges(const zs_row_bits crossing[3], const zs_part *part,
+                                       uint8_t rows[ZS_PART_ROWS])
+{
+  unsigned count = 0;
+  for (unsigned i = 0; i < ZS_PART_ROWS; i++) {
+    const unsigned row = zs_part_row(part, i);
+    rows[count] = (uint8_t)row;
+    count += run_of(crossing[0][row] | crossing[1][row] | crossing[2][row], part) != 0;
+  }
+  return count;
+}
+
+static unsigned find_ends(const float *f, const zs_row_bits crossing[3],
+                          const zs_bit_table *table, float *inner, float *outer)
+{
+  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
+  unsigned count = 0;
+  for (unsigned l = 0; l < ZS_PARTS; l++) {
+    const zs_part part = zs_part_at(l);
+    uint8_t rows[ZS_PART_ROWS];
+    const unsigned row_count = rows_with_edges(crossing, &part, rows);
+    for (unsigned i = 0; i < row_count; i++) {
+      const unsigned row = rows[i];
+      for (unsigned axis = 0; axis < 3; axis++) {
+        const unsigned bits = run_of(crossing[axis][row], &part);
+        const float *start = f + row * ZS_BRICK + part.first[0];
+        const run_floats a = load_run(start), b = load_run(start + stride[axis]);
+        const run_numbers places = places_of(table, bits);
+        /* One end is inside, the other is not. */
+        store_run(inner + count, __builtin_shuffle(select_run(a > b, a, b), places));
+        store_run(outer + count, __builtin_shuffle(select_run(a > b, b, a), places));
+        count += table->counts[bits];
+      }
+    }
+  }
+  return count;
+}
+
+static void list_edges(const zs_brick *brick, const zs_row_bits inner_edges[3],
+                       const zs_bit_table *table, zs_edge_list *list)
+{
+  static const float none[ZS_EDGE_RUN];
+  const unsigned any = brick->ends ? ~0u : 0;
+  const float *inner = any ? brick->ends : none, *outer = inner + (any & brick->end_count);
+  const run_floats unknown = (run_floats){0} + NAN;
+  unsigned count = 0;
+  for (unsigned l = 0; l < ZS_PARTS; l++) {
+    const zs_part part = zs_part_at(l);
+    list->first[l] = count;
+    uint8_t rows[ZS_PART_ROWS];
+    const unsigned row_count = rows_with_edges(brick->crossing, &part, rows);
+    for (unsigned i = 0; i < row_count; i++) {
+      const unsigned row = rows[i];
+      uint32_t vertex = (uint32_t)brick->first_vertex + brick->first[row];
+      for (unsigned axis = 0; axis < 3; axis++) {
+        const unsigned all = brick->crossing[axis][row], bits = run_of(all, &part);
+        const unsigned known = table->counts[bits & any & run_of(inner_edges[axis][row], &part)];
+        const run_numbers places = places_of(table, bits);
+        const run_numbers inside = (int)run_of(brick->signs[row], &part) >> places & 1;
+        const run_numbers edges = (places + (int)(row * ZS_BRICK + part.first[0])) |
+                                  (int)(axis << ZS_EDGE_AXIS) | inside << ZS_EDGE_INSIDE;
+        const run_edges short_edges = __builtin_convertvector(edges, run_edges);
+        const run_numbers vertices =
+          RUN + (int)(vertex + table->counts[all & ((1u << part.first[0]) - 1)]);
+        memcpy(list->edge + count, &short_edges, sizeof short_edges);
+        memcpy(list->vertex + count, &vertices, sizeof vertices);
+        store_run(list->f_inner + count, select_run(RUN < (int)known, load_run(inner), unknown));
+        store_run(list->f_outer + count, select_run(RUN < (int)known, load_run(outer), unknown));
+        inner += known;
+        outer += known;
+        vertex += table->counts[all & 255] + table->counts[all >> 8];
+        count += table->counts[bits];
+      }
+    }
+  }
+  list->first[ZS_PARTS] = count;
+}
+
 /* ---- Vertices -------------------------------------------------------------------------- */
 
 static void find_lines(unsigned n, const uint16_t *edges, const double cell[3], zs_roots *roots)
@@ -279,6 +394,8 @@ const zs_row_kernels ZS_KERNELS(zs_row_kernels) = {
   .crossing = find_crossing,
   .first = find_first,
   .cells = find_cells,
+  .ends = find_ends,
+  .edges = list_edges,
   .lines = find_lines,
   .normals = find_normals,
   .hold = hold_normals,

@@ -11,19 +11,14 @@
 /* A slope measured from neighbouring samples may be this much too small. */
 static const float SLOPE_MARGIN = 2;
 
-/* Local planes of a brick that are not pads: lo <= i < hi. */
-typedef struct range {
-  unsigned lo[3], hi[3];
-} range;
-
 typedef struct sampler {
   _Alignas(64) float before[ZS_BRICK]; /* see zs_row_kernels */
-  float f[ZS_BRICK_CORNERS + ZS_BRICK];
+  float f[ZS_BRICK_CORNERS + ZS_BRICK_ROWS + ZS_BRICK];
   _Alignas(64) float at[3][ZS_BLOCK];
   _Alignas(64) float result[4][ZS_BLOCK]; /* f and its gradient */
   zs_row_bits real;                       /* corners that are not pads */
   zs_row_bits crossing[3];                /* starts of edges within the brick */
-  unsigned crossing_count;
+  float inner[ZS_BRICK_EDGES + ZS_EDGE_RUN], outer[ZS_BRICK_EDGES + ZS_EDGE_RUN]; /* their ends */
   uint16_t corner[ZS_BLOCK];              /* candidates for a move */
   unsigned candidates;
   zs_moved moved[ZS_BRICK_CORNERS];
@@ -35,7 +30,7 @@ typedef struct sampling {
   const zs_polygonize_job *job;
   zs_polygonize_worker *worker;
   zs_brick *brick;
-  range real;
+  zs_corner_box real;
   zs_eval *eval;
   const zs_program *program;
   const zs_row_kernels *rows;
@@ -65,8 +60,8 @@ const zs_brick *zs_brick_upper(const zs_polygonize_job *job, const zs_brick *bri
   return d ? zs_lattice_brick(job, at) : brick;
 }
 
-/* False when all of the brick's corners are pads. */
-static bool real_range(const zs_polygonize_job *job, const uint32_t index[3], range *real)
+bool zs_brick_real_corners(const zs_polygonize_job *job, const uint32_t index[3],
+                           zs_corner_box *real)
 {
   for (int k = 0; k < 3; k++) {
     uint32_t first = index[k] * ZS_BRICK, end = job->corners[k] - 1;
@@ -78,13 +73,12 @@ static bool real_range(const zs_polygonize_job *job, const uint32_t index[3], ra
   return true;
 }
 
-/* Bits of the corners of a row that are not pads. */
-static unsigned row_mask(const range *real, unsigned row)
+unsigned zs_corner_box_row(const zs_corner_box *box, unsigned row)
 {
   unsigned y = row % ZS_BRICK, z = row / ZS_BRICK;
-  if (y < real->lo[1] || y >= real->hi[1] || z < real->lo[2] || z >= real->hi[2])
+  if (y < box->lo[1] || y >= box->hi[1] || z < box->lo[2] || z >= box->hi[2])
     return 0;
-  return ((1u << real->hi[0]) - 1) & ~((1u << real->lo[0]) - 1);
+  return ((1u << box->hi[0]) - 1) & ~((1u << box->lo[0]) - 1);
 }
 
 zs_frame zs_brick_frame(const zs_polygonize_job *job, const zs_brick *brick)
@@ -124,7 +118,7 @@ static unsigned clamped(unsigned i, unsigned lo, unsigned hi)
 static void fill_pads(const sampling *s)
 {
   sampler *w = s->worker->scratch;
-  const range *real = &s->real;
+  const zs_corner_box *real = &s->real;
   for (unsigned corner = 0; corner < ZS_BRICK_CORNERS; corner++) {
     const unsigned x = clamped(corner % ZS_BRICK, real->lo[0], real->hi[0]);
     const unsigned y = clamped(corner / ZS_BRICK % ZS_BRICK, real->lo[1], real->hi[1]);
@@ -133,7 +127,7 @@ static void fill_pads(const sampling *s)
   }
 }
 
-static bool has_pads(const range *real)
+static bool has_pads(const zs_corner_box *real)
 {
   bool pads = false;
   for (int k = 0; k < 3; k++)
@@ -151,10 +145,10 @@ static void sample_brick(const sampling *s)
     fill_pads(s);
   s->rows->signs(w->f, s->brick->signs);
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    w->real[row] = pads ? (uint16_t)row_mask(&s->real, row) : 0xffff;
+    w->real[row] = pads ? (uint16_t)zs_corner_box_row(&s->real, row) : 0xffff;
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
     s->brick->signs[row] &= w->real[row];
-  w->crossing_count = s->rows->inner(s->brick->signs, w->real, w->crossing);
+  s->rows->inner(s->brick->signs, w->real, w->crossing);
 }
 
 /* ---- Corner repulsion -------------------------------------------------------------
@@ -248,7 +242,7 @@ static void move_candidates(const sampling *s)
 static void repel(const sampling *s)
 {
   sampler *w = s->worker->scratch;
-  range free = s->real;
+  zs_corner_box free = s->real;
   zs_row_bits close;
   w->candidates = w->moved_count = 0;
   if (s->job->features) /* its vertices lie within cells, wherever edges are cut */
@@ -261,7 +255,7 @@ static void repel(const sampling *s)
   s->rows->close(w->f, (const zs_row_bits *)w->crossing, s->per_cell, SLOPE_MARGIN * s->reach,
                  close);
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    for (unsigned bits = close[row] ? close[row] & row_mask(&free, row) : 0; bits;
+    for (unsigned bits = close[row] ? close[row] & zs_corner_box_row(&free, row) : 0; bits;
          bits &= bits - 1) {
       w->corner[w->candidates++] = (uint16_t)(row * ZS_BRICK + (unsigned)__builtin_ctz(bits));
       if (w->candidates == ZS_BLOCK)
@@ -272,38 +266,22 @@ static void repel(const sampling *s)
 
 /* ---- What is kept of a brick ------------------------------------------------------- */
 
-typedef float edge_ends[2];
-
-/* Those of the edges that start in some columns of a row; returns where the next
- * ones go. */
-static edge_ends *keep_row(const sampler *w, unsigned row, unsigned columns, edge_ends *ends)
-{
-  static const unsigned stride[3] = {1, ZS_BRICK, ZS_BRICK_ROWS};
-  for (unsigned axis = 0; axis < 3 && zs_row_has(w->crossing, row); axis++)
-    for (unsigned edges = w->crossing[axis][row] & columns; edges; edges &= edges - 1) {
-      const unsigned start = row * ZS_BRICK + (unsigned)__builtin_ctz(edges);
-      const float a = w->f[start], b = w->f[start + stride[axis]];
-      (*ends)[0] = a > b ? a : b; /* one is inside, the other is not */
-      (*ends)[1] = a > b ? b : a;
-      ends++;
-    }
-  return ends;
-}
-
 /* Keep the values at the ends of the crossing edges within the brick.  False
  * when memory is out. */
 static bool keep_ends(const sampling *s)
 {
-  const sampler *w = s->worker->scratch;
-  edge_ends *ends = zs_arena_reserve(&s->worker->ends, w->crossing_count, sizeof *ends);
+  sampler *w = s->worker->scratch;
+  const unsigned count = s->rows->ends(w->f, (const zs_row_bits *)w->crossing,
+                                       &s->job->bit_table, w->inner, w->outer);
+  const size_t room = 2 * (size_t)count + ZS_EDGE_RUN; /* whole runs are read */
+  float *ends = zs_arena_reserve(&s->worker->ends, room, sizeof *ends);
   if (!ends)
     return false;
-  s->brick->ends = (const float(*)[2])ends;
-  for (unsigned l = 0; l < ZS_PARTS; l++) {
-    const zs_part part = zs_part_at(l);
-    for (unsigned i = 0; i < ZS_PART_ROWS; i++)
-      ends = keep_row(w, zs_part_row(&part, i), part.columns, ends);
-  }
+  memcpy(ends, w->inner, count * sizeof *ends);
+  memcpy(ends + count, w->outer, count * sizeof *ends);
+  memset(ends + 2 * (size_t)count, 0, ZS_EDGE_RUN * sizeof *ends);
+  s->brick->ends = ends;
+  s->brick->end_count = count;
   return true;
 }
 
@@ -337,7 +315,7 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   zs_polygonize_job *job = visitor;
   zs_polygonize_worker *worker = &job->workers[thread];
   sampling s = {.job = job, .worker = worker, .eval = eval, .program = program};
-  if (worker->out_of_memory || !real_range(job, index, &s.real))
+  if (worker->out_of_memory || !zs_brick_real_corners(job, index, &s.real))
     return;
   s.brick = ZS_ARENA_NEW(&worker->arena, zs_brick, 1);
   if (!s.brick || over_limit(job, worker)) {
@@ -426,13 +404,13 @@ static const int8_t LATER[13][3] = {{1, 0, 0},   {-1, 1, 0}, {0, 1, 0},  {1, 1, 
  * an enclosure of the field is wrong, and so would be the mesh. */
 static bool check_bounds(const zs_polygonize_job *job)
 {
-  range real;
+  zs_corner_box real;
   uint32_t at[3];
   for (at[2] = 0; at[2] < job->bricks[2]; at[2]++)
     for (at[1] = 0; at[1] < job->bricks[1]; at[1]++)
       for (at[0] = 0; at[0] < job->bricks[0]; at[0]++) {
         const zs_brick *brick = job->table[table_place(job, at)];
-        if ((brick != &job->inside && brick != &job->outside) || !real_range(job, at, &real))
+        if ((brick != &job->inside && brick != &job->outside) || !zs_brick_real_corners(job, at, &real))
           continue;
         for (unsigned d = 0; d < 13; d++) {
           uint32_t to[3];
@@ -441,7 +419,7 @@ static bool check_bounds(const zs_polygonize_job *job)
           const zs_brick *other = zs_lattice_brick(job, to);
           if (other != brick && (other == &job->inside || other == &job->outside) &&
               to[0] < job->bricks[0] && to[1] < job->bricks[1] && to[2] < job->bricks[2] &&
-              real_range(job, to, &real))
+              zs_brick_real_corners(job, to, &real))
             return zs_fail(job->diag, ZS_ERROR_UNABLE, NULL,
                            "the bounds of the field contradict each other near %g %g %g; "
                            "evaluating every sample (--brute) does without them",
@@ -461,10 +439,10 @@ static bool make_cap_brick(zs_polygonize_job *job, const uint32_t index[3])
     return zs_fail_memory(job->diag);
   memcpy(brick->index, index, sizeof brick->index);
   brick->at_face = true;
-  range real;
-  real_range(job, index, &real); /* it holds corners that are not pads */
+  zs_corner_box real;
+  zs_brick_real_corners(job, index, &real); /* it holds corners that are not pads */
   for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
-    brick->signs[row] = (uint16_t)row_mask(&real, row);
+    brick->signs[row] = (uint16_t)zs_corner_box_row(&real, row);
   job->table[table_place(job, index)] = brick;
   return true;
 }
@@ -472,14 +450,14 @@ static bool make_cap_brick(zs_polygonize_job *job, const uint32_t index[3])
 /* Give bricks at the grid's faces data of their own, and list all that have. */
 static bool list_active(zs_polygonize_job *job)
 {
-  range real;
+  zs_corner_box real;
   uint32_t at[3];
   size_t total = (size_t)job->bricks[0] * job->bricks[1] * job->bricks[2];
   for (at[2] = 0; at[2] < job->bricks[2]; at[2]++)
     for (at[1] = 0; at[1] < job->bricks[1]; at[1]++)
       for (at[0] = 0; at[0] < job->bricks[0]; at[0]++) {
         const zs_brick **entry = &job->table[table_place(job, at)];
-        if (!real_range(job, at, &real))
+        if (!zs_brick_real_corners(job, at, &real))
           *entry = &job->outside;
         else if (*entry == &job->inside && zs_brick_at_face(job, at) && !make_cap_brick(job, at))
           return false;
@@ -500,8 +478,8 @@ static bool list_active(zs_polygonize_job *job)
  * crossing edge is left without an owner. */
 static void obey_neighbours(const zs_polygonize_job *job, zs_brick *brick)
 {
-  range real;
-  real_range(job, brick->index, &real); /* it holds corners that are not pads */
+  zs_corner_box real;
+  zs_brick_real_corners(job, brick->index, &real); /* it holds corners that are not pads */
   for (unsigned d = 1; d < 8; d++) {
     uint32_t at[3];
     bool exists = true;
@@ -519,7 +497,7 @@ static void obey_neighbours(const zs_polygonize_job *job, zs_brick *brick)
     for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
       if ((d & 2 && row % ZS_BRICK) || (d & 4 && row / ZS_BRICK))
         continue;
-      unsigned proven = below == &job->outside ? 0 : row_mask(&real, row);
+      unsigned proven = below == &job->outside ? 0 : zs_corner_box_row(&real, row);
       unsigned signs = (brick->signs[row] & ~bits) | (proven & bits);
       if (signs != brick->signs[row])
         brick->ends = NULL;

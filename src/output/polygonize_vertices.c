@@ -14,8 +14,9 @@ static const zs_normal_box NOTHING = {{INFINITY, INFINITY, INFINITY},
 
 typedef struct solver {
   zs_roots roots;
-  uint16_t edge[ZS_BLOCK];   /* see zs_row_kernels */
-  uint32_t number[ZS_BLOCK]; /* the vertex of each line */
+  zs_edge_list list; /* of the brick */
+  zs_row_bits inner[3];         /* edges that lie in a brick ... */
+  zs_row_bits inner_at_face[3]; /* ... and in one at the grid's face */
   _Alignas(64) float at[3][ZS_BLOCK];
   _Alignas(64) float result[4][ZS_BLOCK]; /* f and its gradient */
   float packed[3 * ZS_BLOCK];
@@ -34,13 +35,16 @@ typedef struct solving {
   const zs_program *program; /* of the part at hand */
   const zs_row_kernels *rows;
   zs_frame frame;
+  unsigned from; /* of the list, the first edge of the block at hand */
 } solving;
 
 /* Copy a block's triples of numbers to those of its vertices. */
-static void unpack(const solver *w, unsigned n, float *triples)
+static void unpack(const solving *s, float *triples)
 {
-  for (unsigned i = 0; i < n; i++)
-    memcpy(triples + 3 * (size_t)w->number[i], w->packed + 3 * i, 3 * sizeof *triples);
+  const solver *w = s->worker->scratch;
+  const uint32_t *vertex = w->list.vertex + s->from;
+  for (unsigned i = 0; i < w->roots.count; i++)
+    memcpy(triples + 3 * (size_t)vertex[i], w->packed + 3 * i, 3 * sizeof *triples);
 }
 
 /* On the surface itself a field may have a kink, and its
@@ -56,9 +60,10 @@ static void find_normals(const solving *s)
                        w->at[2], w->result[0]);
   s->worker->evaluations += n;
   s->rows->normals(n, w->result + 1);
-  s->rows->hold(n, (const float(*)[ZS_BLOCK])w->result + 1, w->edge, s->brick);
+  if (s->job->creases)
+    s->rows->hold(n, (const float(*)[ZS_BLOCK])w->result + 1, w->list.edge + s->from, s->brick);
   s->rows->pack(n, (const float(*)[ZS_BLOCK])w->result + 1, w->packed);
-  unpack(w, n, s->job->mesh->normals);
+  unpack(s, s->job->mesh->normals);
 }
 
 /* ---- Caps --------------------------------------------------------------------------------- */
@@ -132,11 +137,12 @@ static void forget_moves(solver *w)
 }
 
 /* Move the ends of the block's lines with their corners. */
-static void move_ends(solver *w)
+static void move_ends(const solving *s)
 {
+  solver *w = s->worker->scratch;
   static const size_t steps[3] = {1, ZS_REACH, ZS_REACH_PLANE};
   for (unsigned i = 0; i < w->roots.count; i++) {
-    const unsigned e = w->edge[i];
+    const unsigned e = w->list.edge[s->from + i];
     const size_t at = zs_reach_offset(e & 15, e >> 4 & 15, e >> 8 & 15);
     const unsigned start = w->move_of[at], end = w->move_of[at + steps[e >> 12 & 3]];
     if (!(start | end))
@@ -153,62 +159,58 @@ static void move_ends(solver *w)
 
 /* ---- Edges of a brick ------------------------------------------------------------------ */
 
-/* Solve the edges collected so far and write their vertices. */
-static void flush(const solving *s)
+/* Solve a block of n edges of the list and write their vertices. */
+static void solve_block(const solving *s, unsigned n)
 {
   solver *w = s->worker->scratch;
-  const unsigned n = w->roots.count;
-  if (!n)
-    return;
-  s->rows->lines(n, w->edge, s->job->cell, &w->roots);
+  w->roots.count = n;
+  memcpy(w->roots.f_inner, w->list.f_inner + s->from, n * sizeof *w->roots.f_inner);
+  memcpy(w->roots.f_outer, w->list.f_outer + s->from, n * sizeof *w->roots.f_outer);
+  s->rows->lines(n, w->list.edge + s->from, s->job->cell, &w->roots);
   if (w->moved_count)
-    move_ends(w);
+    move_ends(s);
   s->worker->evaluations +=
     zs_roots_solve(&w->roots, s->worker->eval, s->program, &s->frame,
                    (float)s->job->tolerance, (float)s->job->apart);
   s->rows->places(n, (const float(*)[ZS_BLOCK])w->roots.found, s->frame.origin, w->packed);
-  unpack(w, n, s->job->mesh->positions);
+  unpack(s, s->job->mesh->positions);
   if (s->job->mesh->normals)
     find_normals(s);
-  w->roots.count = 0;
+}
+
+/* Solve the edges from `first` to `end` by one program. */
+static void solve_edges(solving *s, const zs_program *program, unsigned first, unsigned end)
+{
+  s->program = program;
+  for (s->from = first; s->from < end; s->from += ZS_BLOCK)
+    solve_block(s, end - s->from < ZS_BLOCK ? end - s->from : ZS_BLOCK);
 }
 
 /* Whether an edge leads to a pad. */
-static bool leads_to_pad(const solving *s, unsigned edge, unsigned axis)
+static bool leads_to_pad(const solving *s, unsigned edge)
 {
-  const unsigned start = edge >> 4 * axis & (ZS_BRICK - 1);
-  return s->brick->at_face &&
-         zs_lattice_pad_edge(s->job, (int)axis, zs_lattice_index(s->brick, (int)axis, start));
+  const unsigned axis = edge >> ZS_EDGE_AXIS & 3, start = edge >> 4 * axis & (ZS_BRICK - 1);
+  return zs_lattice_pad_edge(s->job, (int)axis, zs_lattice_index(s->brick, (int)axis, start));
 }
 
-/* Add the edges that start in some columns of a row; returns the ends of the next
- * ones, which are NULL when not known. */
-static const float (*add_row(const solving *s, unsigned row, unsigned columns,
-                             const float (*ends)[2]))[2]
+/* Take edges to pads off the list: their vertices are those of caps. */
+static void drop_pads(const solving *s, zs_edge_list *list)
 {
-  solver *w = s->worker->scratch;
-  const zs_brick *brick = s->brick;
-  uint32_t first = (uint32_t)brick->first_vertex + brick->first[row];
-  for (unsigned axis = 0; axis < 3; axis++) {
-    const unsigned all = brick->crossing[axis][row];
-    uint32_t number = first + zs_ones(all & ((columns & -columns) - 1));
-    first += zs_ones(all);
-    for (unsigned edges = all & columns; edges; edges &= edges - 1, number++) {
-      const unsigned x = (unsigned)__builtin_ctz(edges), edge = row * ZS_BRICK + x;
-      if (leads_to_pad(s, edge, axis))
+  unsigned count = 0, from = 0;
+  for (unsigned l = 0; l < ZS_PARTS; l++) {
+    const unsigned end = list->first[l + 1];
+    list->first[l] = count;
+    for (; from < end; from++) {
+      if (leads_to_pad(s, list->edge[from]))
         continue;
-      const bool known = ends && (edge >> 4 * axis & (ZS_BRICK - 1)) != ZS_BRICK - 1;
-      const unsigned inside = brick->signs[row] >> x & 1, i = w->roots.count++;
-      w->roots.f_inner[i] = known ? (*ends)[0] : NAN;
-      w->roots.f_outer[i] = known ? (*ends)[1] : NAN;
-      w->edge[i] = (uint16_t)(edge | axis << ZS_EDGE_AXIS | inside << ZS_EDGE_INSIDE);
-      w->number[i] = number;
-      ends += known;
-      if (i + 1 == ZS_BLOCK)
-        flush(s);
+      list->edge[count] = list->edge[from];
+      list->vertex[count] = list->vertex[from];
+      list->f_inner[count] = list->f_inner[from];
+      list->f_outer[count] = list->f_outer[from];
+      count++;
     }
   }
-  return ends;
+  list->first[ZS_PARTS] = count;
 }
 
 /* How far, in cells, ends of edges may be from their corners: moves are shorter. */
@@ -241,26 +243,45 @@ static bool pays(const zs_brick *brick)
   return brick->vertex_count * (size_t)zs_program_length(brick->program) > many;
 }
 
-static void add_edges(solving *s)
+/* Starts of the edges between corners of a box, by axis. */
+static void find_inner_edges(const zs_corner_box *corners, zs_row_bits inner[3])
 {
+  for (unsigned axis = 0; axis < 3; axis++) {
+    zs_corner_box starts = *corners;
+    starts.hi[axis]--;
+    for (unsigned row = 0; row < ZS_BRICK_ROWS; row++)
+      inner[axis][row] = (uint16_t)zs_corner_box_row(&starts, row);
+  }
+}
+
+static void list_edges(const solving *s)
+{
+  solver *w = s->worker->scratch;
+  const bool at_face = s->brick->at_face;
+  if (at_face) {
+    zs_corner_box real;
+    zs_brick_real_corners(s->job, s->brick->index, &real); /* there are some */
+    find_inner_edges(&real, w->inner_at_face);
+  }
+  s->rows->edges(s->brick, (const zs_row_bits *)(at_face ? w->inner_at_face : w->inner),
+                 &s->job->bit_table, &w->list);
+  if (at_face)
+    drop_pads(s, &w->list);
+}
+
+static void solve_brick(solving *s)
+{
+  const zs_edge_list *list = &((solver *)s->worker->scratch)->list;
+  list_edges(s);
+  if (!pays(s->brick)) {
+    solve_edges(s, s->brick->program, 0, list->first[ZS_PARTS]);
+    return;
+  }
   const zs_program *programs[ZS_PARTS];
   const zs_arena_mark mark = zs_arena_mark_here(&s->worker->arena);
-  const bool by_part = pays(s->brick);
-  if (by_part)
-    make_programs(s, programs);
-  const float(*ends)[2] = s->brick->ends;
-  for (unsigned l = 0; l < ZS_PARTS; l++) {
-    const zs_part part = zs_part_at(l);
-    s->program = by_part ? programs[l] : s->brick->program;
-    for (unsigned i = 0; i < ZS_PART_ROWS; i++) {
-      const unsigned row = zs_part_row(&part, i);
-      if (zs_row_has(s->brick->crossing, row))
-        ends = add_row(s, row, part.columns, ends);
-    }
-    if (by_part)
-      flush(s);
-  }
-  flush(s);
+  make_programs(s, programs);
+  for (unsigned l = 0; l < ZS_PARTS; l++)
+    solve_edges(s, programs[l], list->first[l], list->first[l + 1]);
   zs_arena_rewind(&s->worker->arena, mark);
 }
 
@@ -277,7 +298,7 @@ static void visit_brick(zs_polygonize_job *job, zs_polygonize_worker *worker, zs
   s.rows = zs_row_kernels_of(zs_eval_isa(worker->eval));
   s.frame = zs_brick_frame(job, s.brick);
   gather_moves(&s);
-  add_edges(&s);
+  solve_brick(&s);
   brick->ends = NULL;
   forget_moves(worker->scratch);
 }
@@ -290,9 +311,10 @@ bool zs_polygonize_vertices(zs_polygonize_job *job)
   if (!scratch)
     return zs_fail_memory(job->diag);
   for (unsigned t = 0; t < job->threads; t++) {
-    scratch[t].roots.count = 0;
     memset(scratch[t].move_of, 0, sizeof scratch[t].move_of);
     memset(scratch[t].offsets[0], 0, sizeof scratch[t].offsets[0]);
+    find_inner_edges(&(zs_corner_box){{0, 0, 0}, {ZS_BRICK, ZS_BRICK, ZS_BRICK}},
+                     scratch[t].inner);
     job->workers[t].scratch = &scratch[t];
   }
   bool done = zs_polygonize_each(job, "vertices", 0.5, 0.9, visit_brick);
