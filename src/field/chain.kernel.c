@@ -189,21 +189,33 @@ typedef struct slopes {
   zs_lanes f, weight, g[3];
 } slopes;
 
+/* A link that is added, not taken away, has no effect where its primitive is further away
+ * than this; `f` is the value so far. */
+ZS_INLINE zs_lanes distance_with_effect(zs_lanes f, shape_numbers s, joint_numbers c,
+                                        joint_profile *rise)
+{
+  const zs_lanes reach = zs_lanes_all(rise == extremum_rise ? 0 : c.k);
+  const zs_lanes sizes = zs_lanes_absolute(s.r) + zs_lanes_absolute(f) + reach;
+  return zs_lanes_multiply_add(zs_lanes_all(8 * JOINT_UNIT), sizes, s.r + reach - f);
+}
+
+/* Neighbouring points have much the same links: most have no effect on a whole vector. */
 ZS_INLINE void join_slope(slopes *t, shape_point at, const link *link, shape *distance,
-                          shape_gradient *gradient, joint_numbers c, joint_profile *rise,
-                          joint_slope *slope)
+                          shape_beyond *beyond, shape_gradient *gradient, joint_numbers c,
+                          joint_profile *rise, joint_slope *slope)
 {
   const shape_map m = map_of(&link->place);
   const shape_numbers s = numbers_of(link->parameters);
   const zs_lanes sign = zs_lanes_all(link->sign);
   const bool only_moved = link->place.kind == MOVED;
   const shape_point local = only_moved ? moved(&m, at.x, at.y, at.z) : affine(&m, at.x, at.y, at.z);
+  if (link->sign > 0 &&
+      !zs_lanes_bits(~beyond(local, s, distance_with_effect(t->f, s, c, rise))))
+    return;
   const zs_lanes b = sign * (s.r - distance(local, s));
   const joint_weights w = joint_weights_of(t->f > b, slope(zs_lanes_absolute(t->f - b), c));
   t->f = joined(t->f, b, c, rise);
   const zs_lanes_mask counts = w.b != 0;
-  if (!zs_lanes_bits(counts)) /* neighbouring points have much the same links */
-    return;
   const shape_point own = gradient(local, s);
   const shape_point by_place = only_moved ? own : by_inputs(&m, own);
   const zs_lanes of_link = sign * w.b;
@@ -221,7 +233,7 @@ ZS_INLINE void join_slopes(slopes *t, shape_point at, const link *links, unsigne
     switch (l->shape) {
 #define CASE(SHAPE, NAME) \
   case ZS_PRIMITIVE_##SHAPE: \
-    join_slope(t, at, l, NAME, NAME##_gradient_at, c, rise, slope); \
+    join_slope(t, at, l, NAME, NAME##_beyond, NAME##_gradient_at, c, rise, slope); \
     break;
       SHAPES(CASE)
 #undef CASE

@@ -134,6 +134,58 @@ static inline zs_lanes capsule(shape_point at, shape_numbers s)
   return length3(at.x, at.y, positive(zs_lanes_absolute(at.z) - s.a));
 }
 
+/* ---- Points that are far away ---------------------------------------------------------
+ *
+ * Whether the distance is more than t, told without a square root; some that are
+ * further are not told. */
+
+/* Squares with the signs of what they are of. */
+static inline zs_lanes signed_square(zs_lanes t)
+{
+  return t * zs_lanes_absolute(t);
+}
+
+static inline zs_lanes_mask ball_beyond(shape_point at, shape_numbers s, zs_lanes t)
+{
+  (void)s;
+  return at.x * at.x + at.y * at.y + at.z * at.z > signed_square(t);
+}
+
+static inline zs_lanes_mask tube_beyond(shape_point at, shape_numbers s, zs_lanes t)
+{
+  (void)s;
+  return at.x * at.x + at.y * at.y > signed_square(t);
+}
+
+static inline zs_lanes_mask cuboid_beyond(shape_point at, shape_numbers s, zs_lanes t)
+{
+  const zs_lanes u = zs_lanes_absolute(at.x) - s.a, v = zs_lanes_absolute(at.y) - s.b,
+                 w = zs_lanes_absolute(at.z) - s.c;
+  return zs_lanes_larger(u, zs_lanes_larger(v, w)) > t;
+}
+
+/* Beyond t from a circle about the z axis, in the plane of both and outside of it. */
+static inline zs_lanes_mask ring_beyond(shape_point at, shape_numbers s, zs_lanes t,
+                                        zs_lanes radius)
+{
+  return tube_beyond(at, s, t + radius * 1.000001f);
+}
+
+static inline zs_lanes_mask cylinder_beyond(shape_point at, shape_numbers s, zs_lanes t)
+{
+  return (zs_lanes_absolute(at.z) - s.a > t) | ring_beyond(at, s, t, s.b);
+}
+
+static inline zs_lanes_mask torus_beyond(shape_point at, shape_numbers s, zs_lanes t)
+{
+  return (zs_lanes_absolute(at.z) > t) | ring_beyond(at, s, t, s.a);
+}
+
+static inline zs_lanes_mask capsule_beyond(shape_point at, shape_numbers s, zs_lanes t)
+{
+  return (zs_lanes_absolute(at.z) - s.a > t) | tube_beyond(at, s, t);
+}
+
 /* ---- Their gradients ------------------------------------------------------------------ */
 
 /* 1 / length; 0 at length 0, where no direction leads away. */
@@ -293,6 +345,7 @@ static inline shape_point perspective(const shape_map *m, zs_lanes u, zs_lanes v
 }
 
 typedef zs_lanes shape(shape_point at, shape_numbers s);
+typedef zs_lanes_mask shape_beyond(shape_point at, shape_numbers s, zs_lanes t);
 typedef shape_point shape_gradient(shape_point at, shape_numbers s);
 typedef shape_point mapping(const shape_map *m, zs_lanes u, zs_lanes v, zs_lanes w);
 

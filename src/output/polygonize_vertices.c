@@ -239,7 +239,7 @@ static void make_programs(const solving *s, const zs_program *programs[ZS_PARTS]
  * steps, each for so many edges. */
 static bool pays(const zs_brick *brick)
 {
-  const size_t many = 60000;
+  const size_t many = 10000;
   return brick->vertex_count * (size_t)zs_program_length(brick->program) > many;
 }
 
