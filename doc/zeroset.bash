@@ -4,7 +4,7 @@ _zeroset()
   local word="${COMP_WORDS[COMP_CWORD]}" previous="${COMP_WORDS[COMP_CWORD-1]}"
   local options=""
   if [ "$COMP_CWORD" = 1 ]; then
-    COMPREPLY=($(compgen -W "check info mesh voxel render slice eval nodes schema --help --version --man-page --completion" -- "$word"))
+    COMPREPLY=($(compgen -W "check info mesh voxel render slice eval fit nodes schema --help --version --man-page --completion" -- "$word"))
     return
   fi
   case "$previous" in
@@ -26,6 +26,7 @@ _zeroset()
     render) options="--output --size --view --mode --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     slice) options="--output --quantity --size --z --axis --at --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     eval) options="--gradient --binary --object --set --threads --memory --allow-path --quiet --no-progress --help" ;;
+    fit) options="--output --set --threads --memory --allow-path --quiet --no-progress --help" ;;
     nodes) options="--manual --help" ;;
     schema) options="--format --help" ;;
   esac

@@ -157,6 +157,13 @@ ZS_API zs_field *zs_scene_compile(zs_scene *scene, const char *object, const zs_
  * solution, in all objects.  What they share is compiled once. */
 ZS_API bool zs_scene_check(zs_scene *scene, const zs_control *control, zs_diag *diag);
 
+/* Make the fits of all objects, with the parameters as they are, and write the
+ * scene again to `path`, in the folder of the scene's own file, naming a file of
+ * fits beside it, PATH with the ending .fits.  A scene that names such a file
+ * solves nothing that has not changed.  Warns when there is nothing to fit. */
+ZS_API bool zs_scene_fit(zs_scene *scene, const char *path, const zs_control *control,
+                         zs_diag *diag);
+
 /* ---- Fields ----------------------------------------------------------- */
 
 ZS_API zs_field *zs_field_ref(zs_field *field);

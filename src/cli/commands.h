@@ -14,7 +14,8 @@ enum {
   CLI_SLICE = 1 << 5,
   CLI_EVAL = 1 << 6,
   CLI_NODES = 1 << 7,
-  CLI_SCHEMA = 1 << 8
+  CLI_SCHEMA = 1 << 8,
+  CLI_FIT = 1 << 9
 };
 
 int cli_check(const cli_options *options);
@@ -24,6 +25,7 @@ int cli_voxel(const cli_options *options);
 int cli_render(const cli_options *options);
 int cli_slice(const cli_options *options);
 int cli_eval(const cli_options *options);
+int cli_fit(const cli_options *options);
 int cli_nodes(const cli_options *options);
 int cli_schema(const cli_options *options);
 

@@ -33,6 +33,11 @@ const cli_command cli_commands[] = {
    "standard output.  Empty lines, and what follows a '#', are skipped.  Values are computed in "
    "single precision relative to the scene.",
    NULL, cli_eval},
+  {"fit", CLI_FIT, "SCENE -o FILE", "write the scene with its fits stored beside it",
+   "Makes the variational fits of all objects and writes the scene again, to a file in its own "
+   "folder, with the fits in a file of the same name ending in .fits.  The new scene solves "
+   "nothing when it is loaded, unless what a fit depends on has changed.",
+   (const char *const[]){".xml", NULL}, cli_fit},
   {"nodes", CLI_NODES, "[NAME]", "list the elements of the scene language, or describe one",
    "Without a name, one line for every kind of node; with one, its attributes, defaults, formula "
    "and source.",

@@ -3,6 +3,7 @@ zeroset_SOURCES += \
   src/cli/commands.h \
   src/cli/documents.c \
   src/cli/eval.c \
+  src/cli/fit.c \
   src/cli/help.c \
   src/cli/info.c \
   src/cli/main.c \

@@ -272,14 +272,15 @@ static const char *const formats[] = {"rng", "xsd", NULL};
 enum {
   FILES = CLI_MESH | CLI_VOXEL | CLI_RENDER | CLI_SLICE, /* commands that write one */
   LONG = FILES | CLI_EVAL,                               /* commands that may take long */
-  SCENES = LONG | CLI_CHECK | CLI_INFO,                  /* commands that read a scene */
+  VIEWS = LONG | CLI_CHECK | CLI_INFO,                   /* commands that look at one object */
+  SCENES = VIEWS | CLI_FIT,                              /* commands that read a scene */
   ALL = SCENES | CLI_NODES | CLI_SCHEMA
 };
 
 #define AT(member_) .offset = offsetof(cli_options, member_)
 
 const cli_option cli_option_table[] = {
-  {"output", 'o', "FILE", FILES, AT(output), .parse = parse_text,
+  {"output", 'o', "FILE", FILES | CLI_FIT, AT(output), .parse = parse_text,
    .help = "The file to write; the ending of its name is the format"},
   {"resolution", 'r', "N", CLI_MESH | CLI_VOXEL, .parse = parse_resolution,
    .help = "Cells along the longest side of the box (default 128)"},
@@ -320,7 +321,7 @@ const cli_option cli_option_table[] = {
    .help = "Write the whole reference manual, as in doc/nodes.md"},
   {"report", 0, "FORMAT", FILES, .choices = reports, .parse = parse_report,
    .help = "Report what was done as one JSON object on standard output"},
-  {"object", 0, "ID", SCENES, AT(object), .parse = parse_text,
+  {"object", 0, "ID", VIEWS, AT(object), .parse = parse_text,
    .help = "The object to work on (default: the scene's main object)"},
   {"set", 's', "NAME=VALUE", SCENES, .parse = parse_set,
    .help = "Set a parameter of the scene; may be repeated"},
@@ -340,7 +341,7 @@ const cli_option cli_option_table[] = {
    .help = "Let the scene read files from this folder too; may be repeated"},
   {"quiet", 'q', NULL, SCENES, AT(quiet), .parse = parse_flag,
    .help = "Print errors only"},
-  {"no-progress", 0, NULL, LONG | CLI_INFO | CLI_CHECK, AT(no_progress), .parse = parse_flag,
+  {"no-progress", 0, NULL, SCENES, AT(no_progress), .parse = parse_flag,
    .help = "Show no progress bar"},
   {"help", 'h', NULL, ALL, AT(help), .parse = parse_flag, .help = "Print this help"},
 };

@@ -16,6 +16,8 @@ zs_sources += \
   src/nodes/extent.c \
   src/nodes/extent.h \
   src/nodes/extrude.c \
+  src/nodes/fits.c \
+  src/nodes/fits.h \
   src/nodes/formula.c \
   src/nodes/gyroid.c \
   src/nodes/half_plane.c \

@@ -168,7 +168,8 @@ static double *world_points(zs_compiler *compiler, const zs_variational_fit *fit
                             const zs_coordinates *at, size_t *count)
 {
   double to_world[12];
-  const double *points = zs_variational_fit_points(fit, count);
+  const double *points = fit->points;
+  *count = fit->point_count;
   if (*count == 0 || !at->root || !zs_affine_invert(at->matrix, to_world))
     return NULL;
   double *world = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, 3 * *count);
@@ -185,7 +186,7 @@ static double *world_points(zs_compiler *compiler, const zs_variational_fit *fit
 static void describe(zs_compiler *compiler, const zs_node *node, const zs_variational_fit *fit,
                      const zs_coordinates *at)
 {
-  const zs_rbf *rbf = zs_variational_fit_rbf(fit);
+  const zs_rbf *rbf = fit->rbf;
   size_t count;
   const double *points = world_points(compiler, fit, at, &count);
   const zs_fit_info info = {.element = node->kind->name,
@@ -220,11 +221,11 @@ static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_va
                          const zs_coordinates *at)
 {
   const struct variational *p = node->parameters;
-  const zs_rbf *rbf = zs_variational_fit_rbf(fit);
+  const zs_rbf *rbf = fit->rbf;
   const unsigned space = zs_variational_space(node);
   double beyond[3] = {0, 0, 0}; /* space */
   for (size_t k = 0; k < p->slice.count; k++)
-    beyond[k] = zs_variational_fit_separation(fit) * p->slice.values[k];
+    beyond[k] = fit->separation * p->slice.values[k];
   const bool third = space == 2 && p->slice.count > 0;
   zs_variational_sum *sum =
     zs_variational_sum_find(fit, third ? beyond + 1 : beyond, zs_compiler_cache(compiler),

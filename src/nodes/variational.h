@@ -5,6 +5,9 @@
 #include "nodes/common.h"
 #include "rbf/constraints.h"
 #include "rbf/sum.h"
+#include "scene/tree.h"
+
+#include <stdatomic.h>
 
 /* The element's attributes. */
 struct variational {
@@ -63,6 +66,8 @@ extern const zs_kind zs_variational_pair;
  * appendix.  Each component of a displacement is a fit of its own. */
 typedef struct zs_variational_warp {
   unsigned dimension; /* 0: there are no pairs */
+  double *pairs;      /* 6 numbers each: from, to */
+  size_t pair_count;
   zs_rbf *half[2][3]; /* from the first shape, and from the second */
 } zs_variational_warp;
 
@@ -82,8 +87,21 @@ zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variatio
 
 /* ---- Fits (variational_fit.c) ------------------------------------------------------- */
 
-/* A fit as scenes remember it. */
-typedef struct zs_variational_fit zs_variational_fit;
+/* To be raised when the same samples and settings become other constraints: fits
+ * that were stored before are then made anew. */
+enum { ZS_VARIATIONAL_VERSION = 1 };
+
+/* A fit as scenes remember it, found again by a key of all that it depends on. */
+typedef struct zs_variational_fit {
+  atomic_uint references;
+  uint64_t key[2];
+  zs_rbf *rbf;
+  double separation;  /* length of one unit of `slice` and `at` */
+  double *points;     /* 3 each: on the surface, in the node's coordinates; none of shapes */
+  size_t point_count;
+} zs_variational_fit;
+
+extern const zs_cache_type zs_variational_fit_type;
 
 /* The fit of a node, made now or remembered; NULL after reporting.  The warp is
  * that of the node. */
@@ -91,13 +109,6 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
                                             struct zs_cache *cache, const zs_control *control,
                                             zs_diag *diag);
 void zs_variational_fit_unref(void *fit);
-
-const zs_rbf *zs_variational_fit_rbf(const zs_variational_fit *fit);
-/* The length of one unit of `slice` and `at`. */
-double zs_variational_fit_separation(const zs_variational_fit *fit);
-
-/* The points on the surface, in the node's coordinates; none of shapes. */
-const double *zs_variational_fit_points(const zs_variational_fit *fit, size_t *count);
 
 /* What is evaluated where the coordinates beyond space are `extra`, made now or
  * remembered, to be released by zs_variational_sum_unref; NULL when memory is out. */

@@ -36,15 +36,6 @@ typedef struct request {
 
 /* ---- Sharing ------------------------------------------------------------------------ */
 
-struct zs_variational_fit {
-  atomic_uint references;
-  uint64_t key[2];
-  zs_rbf *rbf;
-  double separation;
-  double *points; /* 3 each, on the surface */
-  size_t point_count;
-};
-
 struct zs_variational_sum {
   atomic_uint references;
   zs_rbf_sum *sum;
@@ -83,24 +74,8 @@ void zs_variational_sum_unref(void *data)
   free(sum);
 }
 
-static const zs_cache_type fit_type = {fit_ref, zs_variational_fit_unref};
+const zs_cache_type zs_variational_fit_type = {fit_ref, zs_variational_fit_unref};
 static const zs_cache_type sum_type = {sum_ref, zs_variational_sum_unref};
-
-const zs_rbf *zs_variational_fit_rbf(const zs_variational_fit *fit)
-{
-  return fit->rbf;
-}
-
-double zs_variational_fit_separation(const zs_variational_fit *fit)
-{
-  return fit->separation;
-}
-
-const double *zs_variational_fit_points(const zs_variational_fit *fit, size_t *count)
-{
-  *count = fit->point_count;
-  return fit->points;
-}
 
 const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum)
 {
@@ -135,22 +110,10 @@ static double number_or(double number, double otherwise)
   return isnan(number) ? otherwise : number;
 }
 
-static void mix_warp(const zs_variational_warp *warp, uint64_t key[2])
-{
-  for (unsigned k = 0; k < warp->dimension; k++) {
-    const zs_rbf *half = warp->half[0][k];
-    mix(key, half->weights, half->count);
-    mix(key, half->centres, half->count * half->dimension);
-    mix(key, half->polynomial, half->terms);
-    mix(key, half->centre, half->dimension);
-    mix(key, &half->size, 1);
-  }
-}
-
 static void key_of(const request *r, uint64_t key[2])
 {
   const struct variational *p = r->settings;
-  const double settings[] = {kernel_of(r), p->degree, p->smoothing, p->sides, p->budget,
+  const double settings[] = {ZS_VARIATIONAL_VERSION, kernel_of(r), p->degree, p->smoothing, p->sides, p->budget,
                              r->dimension, r->extra, number_or(p->normal_offset, -1),
                              number_or(p->tolerance, -1), number_or(p->separation, -1)};
   key[0] = r->count;
@@ -169,7 +132,7 @@ static void key_of(const request *r, uint64_t key[2])
       mix(key, rest, 2);
     }
   }
-  mix_warp(r->warp, key);
+  mix(key, r->warp->pairs, 6 * r->warp->pair_count);
 }
 
 /* ---- Constraints ---------------------------------------------------------------------- */
@@ -330,12 +293,12 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
   if (gather(&r, diag)) {
     uint64_t key[2];
     key_of(&r, key);
-    fit = zs_cache_find(cache, key, &fit_type);
+    fit = zs_cache_find(cache, key, &zs_variational_fit_type);
     if (!fit) {
       fit = make(&r, key, control, diag);
       /* What cannot be remembered is only made again. */
       if (fit && cache)
-        zs_cache_add(cache, key, &fit_type, fit);
+        zs_cache_add(cache, key, &zs_variational_fit_type, fit);
     }
   }
   for (size_t g = 0; r.groups && g < r.count; g++)

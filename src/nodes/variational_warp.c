@@ -36,6 +36,7 @@ void zs_variational_warp_clear(zs_variational_warp *warp)
   for (int shape = 0; shape < 2; shape++)
     for (int k = 0; k < 3; k++)
       zs_rbf_free(warp->half[shape][k]);
+  free(warp->pairs);
   *warp = (zs_variational_warp){0};
 }
 
@@ -54,23 +55,35 @@ static size_t count_pairs(const zs_node *node)
   return count;
 }
 
-/* Gather where the pairs begin in one of the shapes, and half of the way to the
- * other one, component by component. */
-static void gather(const zs_node *node, unsigned dimension, int shape, size_t count,
-                   double *positions, double *ways)
+static void gather(zs_variational_warp *warp, const zs_node *node)
 {
-  size_t n = 0;
   for (size_t i = 0; i < node->child_count; i++) {
     if (node->children[i]->kind != &zs_variational_pair)
       continue;
     const struct pair *p = node->children[i]->parameters;
-    const double *from = shape ? p->to : p->from, *to = shape ? p->from : p->to;
-    for (unsigned k = 0; k < dimension; k++) {
-      positions[n * dimension + k] = from[k];
-      ways[k * count + n] = (to[k] - from[k]) / 2;
-    }
-    n++;
+    memcpy(warp->pairs + 6 * warp->pair_count, p->from, sizeof p->from);
+    memcpy(warp->pairs + 6 * warp->pair_count++ + 3, p->to, sizeof p->to);
   }
+}
+
+/* Fit one component of half the way from one shape to the other.  `positions` and
+ * `ways` have room for all pairs. */
+static zs_rbf *fit_half(const zs_variational_warp *warp, const zs_node *node, int shape,
+                        unsigned component, double *positions, double *ways,
+                        const zs_control *control, zs_diag *diag)
+{
+  for (size_t i = 0; i < warp->pair_count; i++) {
+    const double *from = warp->pairs + 6 * i + (shape ? 3 : 0);
+    const double *to = warp->pairs + 6 * i + (shape ? 0 : 3);
+    memcpy(positions + i * warp->dimension, from, warp->dimension * sizeof *positions);
+    ways[i] = (to[component] - from[component]) / 2;
+  }
+  const zs_rbf_problem problem = {.dimension = warp->dimension,
+                                  .kernel = kernel_for(warp->dimension),
+                                  .count = warp->pair_count,
+                                  .positions = positions,
+                                  .values = ways};
+  return zs_rbf_fit(&problem, control, &node->place, diag);
 }
 
 bool zs_variational_warp_make(zs_variational_warp *warp, const zs_node *node, unsigned dimension,
@@ -80,26 +93,22 @@ bool zs_variational_warp_make(zs_variational_warp *warp, const zs_node *node, un
   const size_t count = count_pairs(node);
   if (count == 0)
     return true;
+  warp->dimension = dimension;
+  warp->pairs = malloc(6 * count * sizeof *warp->pairs);
   double *positions = malloc(count * dimension * sizeof *positions);
-  double *ways = malloc(count * dimension * sizeof *ways);
-  bool done = positions && ways;
-  if (!done)
+  double *ways = malloc(count * sizeof *ways);
+  bool done = warp->pairs && positions && ways;
+  if (done)
+    gather(warp, node);
+  else
     zs_fail_memory(diag);
-  for (int shape = 0; done && shape < 2; shape++) {
-    gather(node, dimension, shape, count, positions, ways);
+  for (int shape = 0; done && shape < 2; shape++)
     for (unsigned k = 0; done && k < dimension; k++) {
-      const zs_rbf_problem problem = {.dimension = dimension,
-                                      .kernel = kernel_for(dimension),
-                                      .count = count,
-                                      .positions = positions,
-                                      .values = ways + k * count};
-      warp->half[shape][k] = zs_rbf_fit(&problem, control, &node->place, diag);
+      warp->half[shape][k] = fit_half(warp, node, shape, k, positions, ways, control, diag);
       done = warp->half[shape][k] != NULL;
     }
-  }
   free(positions);
   free(ways);
-  warp->dimension = dimension;
   if (!done)
     zs_variational_warp_clear(warp);
   return done;

@@ -90,3 +90,14 @@ bool zs_cache_add(zs_cache *cache, const uint64_t key[2], const zs_cache_type *t
     (entry){{key[0], key[1]}, type->ref(data), type, cache->compilation};
   return true;
 }
+
+bool zs_cache_each(const zs_cache *cache, const zs_cache_type *type,
+                   bool (*visit)(void *context, void *data), void *context)
+{
+  for (size_t i = 0; i < cache->count; i++) {
+    const entry *e = &cache->entries[i];
+    if (e->type == type && e->used == cache->compilation && !visit(context, e->data))
+      return false;
+  }
+  return true;
+}

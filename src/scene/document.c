@@ -25,6 +25,10 @@ static const zs_attribute scene_attributes[] = {
        "the unit of length, such as `mm`, for files that can say so"),
   TEXT(struct zs_document_scene, main, "main", "",
        "id of the main object; default: the last object of the file, or the nodes in the root"),
+  {.name = "fits", .type = ZS_FILE, .offset = offsetof(struct zs_document_scene, fits),
+   .initial = "", .unit = "",
+   .doc = "a file of fits that have been made already, as `zeroset fit` writes it; what they depend "
+          "on and has changed since is fitted anew"},
 };
 
 const zs_kind zs_document_scene = {

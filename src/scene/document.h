@@ -7,7 +7,7 @@
 
 /* Parameter structs, filled like those of nodes. */
 struct zs_document_scene {
-  const char *units, *main;
+  const char *units, *main, *fits;
 };
 struct zs_document_param {
   const char *name, *doc;

@@ -1,5 +1,6 @@
 /* Loading scenes: files, includes, and the definitions of the document. */
 #include "files/number.h"
+#include "nodes/fits.h"
 #include "scene/scene.h"
 
 #include <errno.h>
@@ -455,6 +456,8 @@ static void collect(zs_scene *scene, zs_file *file, zs_diag *diag)
       read_texts(scene, root, &zs_document_scene, diag);
     if (attributes && file == scene->files)
       scene->attributes = *attributes;
+    if (attributes && attributes->fits)
+      zs_fits_read(scene->cache, attributes->fits, diag);
     for (const zs_element *child = root->first; child; child = child->next)
       collect_element(scene, file, child, diag);
   }

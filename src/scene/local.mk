@@ -9,6 +9,7 @@ zs_sources += \
   src/scene/load.c \
   src/scene/path.c \
   src/scene/scene.h \
+  src/scene/store.c \
   src/scene/tree.h \
   src/scene/value.c \
   src/scene/xml.c \

@@ -43,4 +43,9 @@ void *zs_cache_find(zs_cache *cache, const uint64_t key[2], const zs_cache_type 
  * when memory is out, and nothing is remembered. */
 bool zs_cache_add(zs_cache *cache, const uint64_t key[2], const zs_cache_type *type, void *data);
 
+/* Call `visit` for all data of a type that the present compilation has asked for;
+ * false, at once, when it returns false. */
+bool zs_cache_each(const zs_cache *cache, const zs_cache_type *type,
+                   bool (*visit)(void *context, void *data), void *context);
+
 #endif

@@ -1,4 +1,5 @@
 zs_tests += \
+  tests/nodes/test_fits \
   tests/nodes/test_formulas \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
@@ -20,3 +21,5 @@ tests_nodes_test_morph_SOURCES = \
   tests/nodes/test_morph.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_parts_SOURCES = \
   tests/nodes/test_parts.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_fits_SOURCES = \
+  tests/nodes/test_fits.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
