@@ -353,8 +353,10 @@ static void hold_normals(unsigned n, const float normal[3][ZS_BLOCK], const uint
     }
     extend(&boxes[SIDES], v, there);
     for (int k = 0; k < SIDES; k++) {
-      const zs_lanes_mask in_side = (edge >> 4 * k & (ZS_BRICK - 1)) == 0;
-      extend(&boxes[k], v, there & in_side & ((edge >> ZS_EDGE_AXIS & 3) != k));
+      const zs_lanes_mask in_side = there & ((edge >> 4 * k & (ZS_BRICK - 1)) == 0) &
+                                    ((edge >> ZS_EDGE_AXIS & 3) != k);
+      if (zs_lanes_bits(in_side))
+        extend(&boxes[k], v, in_side);
     }
   }
   join(&boxes[SIDES], &brick->all_normals);

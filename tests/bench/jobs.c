@@ -59,12 +59,13 @@ bench_span job_values(void *context)
   return voxels(context, ZS_QUANTITY_VALUE);
 }
 
-static bench_span timed_mesh(work *w, bool cap)
+static bench_span timed_mesh(work *w, bool cap, bool creases)
 {
   zs_job_report report = {0};
   zs_mesh_options options;
   zs_mesh_options_init(&options);
   options.cap = cap;
+  options.creases = creases;
   bench_span begun = bench_now();
   zs_mesh *m = zs_polygonize(w->field, &w->grid, &options, &w->control, &report, bench_diag());
   bench_span taken = bench_since(begun, m != NULL);
@@ -76,13 +77,19 @@ static bench_span timed_mesh(work *w, bool cap)
 
 bench_span job_mesh(void *context)
 {
-  return timed_mesh(context, true);
+  return timed_mesh(context, true, true);
+}
+
+/* What cuts sharp edges off, as peers do. */
+bench_span job_cut_mesh(void *context)
+{
+  return timed_mesh(context, true, false);
 }
 
 /* A part of a box has faces that are no faces of the solid. */
 static bench_span job_open_mesh(void *context)
 {
-  return timed_mesh(context, false);
+  return timed_mesh(context, false, true);
 }
 
 static uint64_t hash(const zs_image *image)

@@ -17,7 +17,7 @@ typedef struct work {
 bool work_begin(work *w, zs_field *field, unsigned size, unsigned threads);
 
 /* Jobs for bench_measure(), whose context is a work. */
-bench_job job_occupancy, job_values, job_mesh, job_picture;
+bench_job job_occupancy, job_values, job_mesh, job_cut_mesh, job_picture;
 
 typedef struct brute {
   double gain; /* how often longer brute force takes, 0 when it failed */

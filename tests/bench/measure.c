@@ -126,11 +126,13 @@ static void run_once(runs *r, bench_job *job, void *context)
   r->spent += taken.wall;
 }
 
-/* Whether two more runs are too much. */
+/* Whether two more runs are too much.  The first run may pay for memory that the others
+ * find ready: unless it takes long, it is not to be the only one. */
 static bool enough(const bench *b, const runs *r, double budget)
 {
+  const double least = 12; /* seconds for three runs */
   return r->failed || b->smoke || r->count == BENCH_REPEATS ||
-         r->spent * (r->count + 2) / r->count > budget;
+         r->spent * (r->count + 2) / r->count > (r->count == 1 ? fmax(budget, least) : budget);
 }
 
 static bench_time median(runs *r)
