@@ -7,11 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Neighbours that make a plane in space, or a line in the plane. */
-enum { IN_SPACE = 12, IN_PLANE = 4, MOST = IN_SPACE };
+/* Neighbours that make a plane in space, or a line in the plane; and by how many
+ * fewer are tried. */
+enum { IN_SPACE = 12, IN_PLANE = 4, MOST = IN_SPACE, FEWER = 3 };
 /* Neighbours whose spread across a line is below this part of that along it,
  * squared, lie on the line. */
 static const double LINE = 1e-12;
+/* The variation across a plane, by the smaller one along it, with which all is well,
+ * and with which there is no plane. */
+static const double EVEN = 0.1, UNEVEN = 0.15;
 
 /* The points whose normals are wanted, and what is known of them. */
 typedef struct cloud {
@@ -119,11 +123,12 @@ static void diagonalise(double m[3][3], double v[3][3])
         turn(m, v, p, q);
 }
 
-/* The direction in which a point and its neighbours vary least. */
-static void fit_plane(const cloud *c, size_t i)
+/* The direction in which a point and its nearest `neighbours` vary least, and how
+ * little they do, by the next larger variation; INFINITY: they lie on a line. */
+static double fit_plane(const cloud *c, size_t i, unsigned neighbours, double normal[3])
 {
   double middle[3] = {0, 0, 0}, m[3][3] = {{0}}, v[3][3];
-  const unsigned n = c->neighbours + 1;
+  const unsigned n = neighbours + 1;
   const double *member[MOST + 1];
   for (unsigned j = 0; j < n; j++) {
     const size_t index = j ? c->neighbour[i * c->neighbours + j - 1] : i;
@@ -145,12 +150,28 @@ static void fit_plane(const cloud *c, size_t i)
       largest = k;
   }
   if (least == largest)
-    return;
+    return INFINITY;
   const int other = c->dimension == 3 ? 3 - least - largest : largest;
   if (!(m[other][other] > LINE * m[largest][largest]))
-    return;
+    return INFINITY;
   for (int k = 0; k < 3; k++)
-    c->normals[3 * i + (size_t)k] = v[k][least];
+    normal[k] = v[k][least];
+  return fmax(m[least][least], 0) / m[other][other];
+}
+
+/* The normal of a point: by fewer neighbours where more do not lie along a plane,
+ * as on thin parts; none where none do. */
+static void find_normal(const cloud *c, size_t i)
+{
+  double best = UNEVEN;
+  for (unsigned n = c->neighbours; n >= 2 * c->dimension - 1 && best > EVEN; n -= FEWER) {
+    double normal[3];
+    const double uneven = fit_plane(c, i, n, normal);
+    if (uneven < best) {
+      best = uneven;
+      memcpy(c->normals + 3 * i, normal, sizeof normal);
+    }
+  }
 }
 
 /* ---- Turning out of the solid ----------------------------------------------------- */
@@ -344,7 +365,7 @@ static void fit_planes(const cloud *c, const zs_control *control)
     nearest n = {.from = c->positions + 3 * i, .self = (uint32_t)i, .most = c->neighbours};
     search(c->clusters, &c->clusters->clusters[0], &n);
     memcpy(c->neighbour + i * c->neighbours, n.point, c->neighbours * sizeof *n.point);
-    fit_plane(c, i);
+    find_normal(c, i);
   }
 }
 

@@ -13,8 +13,8 @@
  * the mirror instead of parallels).  Each connected part of the graph is taken
  * for the surface of a solid: its point farthest from the middle looks outwards.
  *
- * Samples stay without a normal where the neighbours do not lie along one plane
- * or, in two dimensions, one line.  False after reporting at `place`: fewer than
+ * Samples stay without a normal where neighbours, however few, do not lie along
+ * one plane or, in two dimensions, one line.  False after reporting at `place`: fewer than
  * 2 * dimension samples, none of which a normal can be told, memory. */
 bool zs_rbf_normals_estimate(zs_rbf_samples *samples, unsigned dimension,
                              const zs_control *control, const zs_place *place, zs_diag *diag);
