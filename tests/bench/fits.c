@@ -1,5 +1,6 @@
-/* Variational fits, beside SciPy's where it is installed. */
+/* Variational fits, beside SciPy's where it is installed, and their evaluation. */
 #include "bench.h"
+#include "sums.h"
 
 #include "../files/scratch.h"
 #include "rbf/fit.h"
@@ -11,16 +12,19 @@
 
 static const double BUDGET = 3; /* seconds for the runs of one number */
 
-static const unsigned sizes[] = {1000, 5000, 10000, 100000};
-enum { SIZES = sizeof sizes / sizeof *sizes, PEER_SIZES = 3 /* SciPy keeps the matrix */ };
+static const unsigned sizes[] = {1000, 5000, 10000, 100000, 200000, 1000000};
+enum {
+  SIZES = sizeof sizes / sizeof *sizes,
+  PEER_SIZES = 3, /* SciPy keeps the matrix */
+  USUAL_SIZES = 4 /* the others take minutes and gigabytes: with BENCH_LARGE=1 */
+};
 static const zs_rbf_kernel kernels[] = {ZS_RBF_R3, ZS_RBF_R};
 
 /* Constraints, and what became of them. */
 typedef struct fit_work {
   zs_rbf_problem problem;
   double *positions, *values;
-  const char *method;
-  double residual;
+  zs_rbf *rbf; /* of the last run */
 } fit_work;
 
 /* A ball with bumps: points spread evenly over it where f is 0, and a hundredth
@@ -47,19 +51,17 @@ static void fit_work_end(fit_work *w)
 {
   free(w->positions);
   free(w->values);
+  zs_rbf_free(w->rbf);
 }
 
 static bench_span job_fit(void *context)
 {
   fit_work *w = context;
   const zs_control control = bench_control(0);
+  zs_rbf_free(w->rbf);
   const bench_span begun = bench_now();
-  zs_rbf *rbf = zs_rbf_fit(&w->problem, &control, NULL, bench_diag());
-  const bench_span span = bench_since(begun, rbf != NULL);
-  w->method = rbf ? rbf->method : "";
-  w->residual = rbf ? rbf->residual : INFINITY;
-  zs_rbf_free(rbf);
-  return span;
+  w->rbf = zs_rbf_fit(&w->problem, &control, NULL, bench_diag());
+  return bench_since(begun, w->rbf != NULL);
 }
 
 static bool write_file(const char *path, const fit_work *w)
@@ -100,52 +102,71 @@ static bool row(bench *b, fit_work *w, double theirs, double *before)
   const unsigned count = (unsigned)w->problem.count;
   char growth[16], gain[16];
   const bench_time t = bench_measure(b, job_fit, w, BUDGET);
-  const bool good = !t.failed && w->residual <= 1e-5;
+  const double residual = w->rbf ? w->rbf->residual : INFINITY;
+  const bool good = !t.failed && residual <= 1e-5;
   printf("fit %-11s %7u %10.1f %10.1f %4u %9s %9.1e%s %-9s", kernel, count, 1e3 * t.processor,
          1e3 * t.wall, t.runs, bench_ratio(growth, *before > 0 ? t.processor / *before : 0, ""),
-         w->residual, good ? "" : "!", w->method);
+         residual, good ? "" : "!", w->rbf ? w->rbf->method : "");
   if (theirs > 0)
     printf(" %10.1f %9s", 1e3 * theirs, bench_ratio(gain, theirs / t.processor, ""));
   printf("\n");
   bench_remember(b, t.processor, "fit %s %u", kernel, count);
-  bench_remember(b, 1e6 * w->residual, "fit %s %u residual", kernel, count);
+  bench_remember(b, 1e6 * residual, "fit %s %u residual", kernel, count);
   if (theirs > 0)
     bench_remember(b, theirs / t.processor, "fit %s %u gain", kernel, count);
   *before = t.processor;
   return good;
 }
 
-static bool run_kernel(bench *b, zs_rbf_kernel kernel, scratch *folder)
+/* The fits of one kernel; what is to be evaluated is left in `works`. */
+static bool run_fits(bench *b, zs_rbf_kernel kernel, scratch *folder, fit_work works[SIZES],
+                     unsigned count)
 {
   bool good = true;
   double before = 0;
-  for (unsigned i = 0; i < SIZES && good; i++) {
-    fit_work w = {.method = ""};
-    good = fit_work_begin(&w, bench_parts(b, sizes[i]));
-    w.problem.kernel = kernel;
+  printf("\n%-15s %7s %10s %10s %4s %9s %9s %-9s %10s %9s\n", "fits", "count", "ms", "clock ms",
+         "runs", "growth", "residual", "method", "SciPy ms", "gain");
+  for (unsigned i = 0; i < count && good; i++) {
+    fit_work *w = &works[i];
+    good = fit_work_begin(w, bench_parts(b, sizes[i]));
+    w->problem.kernel = kernel;
     if (good)
-      good = row(b, &w, i < PEER_SIZES ? ask_scipy(&w, folder) : 0, &before);
-    fit_work_end(&w);
+      good = row(b, w, i < PEER_SIZES ? ask_scipy(w, folder) : 0, &before);
   }
+  return good;
+}
+
+/* Their evaluation, at every tenfold number. */
+static bool run_sums(bench *b, const fit_work works[SIZES], unsigned count)
+{
+  bool good = true;
+  bench_sum_header();
+  for (unsigned i = 0; i < count && good; i++)
+    if (sizes[i] != 5000 && works[i].rbf)
+      good = bench_sum(b, works[i].rbf);
   return good;
 }
 
 void bench_fits(bench *b)
 {
+  const unsigned count = atoi(bench_environment("BENCH_LARGE", "0")) ? SIZES : USUAL_SIZES;
   scratch folder = {.folder = ""};
   for (size_t k = 0; k < sizeof kernels / sizeof *kernels; k++) {
-    if (!bench_wants(b, "fit %s", zs_rbf_kernel_names[kernels[k]]))
+    const char *name = zs_rbf_kernel_names[kernels[k]];
+    const bool sums = bench_wants(b, "sum %s", name);
+    if (!sums && !bench_wants(b, "fit %s", name))
       continue;
-    if (!*folder.folder) {
-      printf("\n%-15s %7s %10s %10s %4s %9s %9s %-9s %10s %9s\n", "fits", "count", "ms", "clock ms",
-             "runs", "growth", "residual", "method", "SciPy ms", "gain");
-      if (!scratch_make(&folder)) {
-        fprintf(stderr, "bench: no files can be written here\n");
-        b->wrong = true;
-        return;
-      }
+    if (!*folder.folder && !scratch_make(&folder)) {
+      fprintf(stderr, "bench: no files can be written here\n");
+      b->wrong = true;
+      return;
     }
-    if (!run_kernel(b, kernels[k], &folder))
+    fit_work works[SIZES] = {{.rbf = NULL}};
+    const bool good = run_fits(b, kernels[k], &folder, works, count) &&
+                      (!sums || run_sums(b, works, count));
+    for (unsigned i = 0; i < SIZES; i++)
+      fit_work_end(&works[i]);
+    if (!good)
       b->wrong = true;
   }
   if (*folder.folder)

@@ -16,6 +16,8 @@ tests_bench_bench_SOURCES = \
   tests/bench/scalar.c \
   tests/bench/scenes.c \
   tests/bench/scenes.h \
+  tests/bench/sums.c \
+  tests/bench/sums.h \
   tests/bench/vm.c \
   tests/bench/workloads.c \
   tests/files/scratch.h \

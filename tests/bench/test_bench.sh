@@ -33,7 +33,7 @@ END
 
 check_rows() {
   local row
-  for row in spheres-100000 menger-4 twisted-column scalar handwritten peers load render fit; do
+  for row in spheres-100000 menger-4 twisted-column scalar handwritten peers load render fit sum; do
     grep -q "$row" table || complain "there is no row $row"
   done
 }

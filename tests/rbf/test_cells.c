@@ -161,12 +161,12 @@ static void extremes_work(void **state)
 {
   (void)state;
   uint64_t seed = 2;
-  for (size_t count = 1; count < 400; count = 7 * count + 1) {
+  for (size_t count = 1; count < 700; count = 7 * count + 1) {
     zs_rbf_terms terms = terms_of(VOLUME, ZS_RBF_R3, count, 0, count);
     compare(&terms, 1e-6, 1, &seed);
     free(terms.centres);
   }
-  zs_rbf_terms terms = terms_of(SPHERE, ZS_RBF_R5, 500, 0, 3);
+  zs_rbf_terms terms = terms_of(SPHERE, ZS_RBF_R5, 700, 0, 3);
   compare(&terms, 1e-20, 2, &seed);
   free(terms.centres);
 }

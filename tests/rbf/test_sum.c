@@ -76,6 +76,7 @@ static unsigned dimension_of(unsigned c)
   return c < ZS_RBF_KERNEL_COUNT ? 3 : 4 + c % 2;
 }
 
+enum { SIDE = 64 }; /* of grids */
 enum { ON_CENTRE = 5 }; /* the point of a block that lies on a centre */
 
 typedef struct rows {
@@ -92,7 +93,8 @@ static void random_points(rows in[3], const zs_rbf_sum *sum, uint64_t *seed)
         in[k].row[r][i] = (float)random_between(seed, -1, 1);
     }
   /* One point on a centre, where slopes are most likely to go wrong. */
-  const double centre[3] = {sum->terms.centres[0].x, sum->terms.centres[0].y, sum->terms.centres[0].z};
+  const zs_rbf_centre *c = &sum->terms.centres[0];
+  const double centre[3] = {c->x, c->y, c->z};
   for (int k = 0; k < 3; k++)
     in[k].row[0][ON_CENTRE] = (float)centre[k];
 }
@@ -353,6 +355,77 @@ static void bounds_are_unknown_outside(void **state)
   zs_rbf_free(rbf);
 }
 
+/* Values at random points: many small parts and holes, at all sizes. */
+static zs_rbf *random_fit(zs_rbf_kernel kernel, size_t count, uint64_t *seed)
+{
+  double *positions = malloc(3 * count * sizeof *positions);
+  double *values = malloc(count * sizeof *values);
+  for (size_t i = 0; i < count; i++) {
+    for (int k = 0; k < 3; k++)
+      positions[3 * i + (size_t)k] = random_between(seed, -0.5, 0.5);
+    values[i] = random_between(seed, -1, 0.7);
+  }
+  const zs_rbf_problem problem = {.dimension = 3, .kernel = kernel, .count = count,
+                                  .positions = positions, .values = values};
+  zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, NULL);
+  assert_non_null(rbf);
+  free(positions);
+  free(values);
+  return rbf;
+}
+
+static bool keep_slab(void *context, uint32_t z, uint32_t count_z, const void *samples)
+{
+  uint8_t **next = context;
+  (void)z;
+  memcpy(*next, samples, count_z * SIDE * SIDE);
+  *next += count_z * SIDE * SIDE;
+  return true;
+}
+
+/* Which samples are inside, and how many were evaluated. */
+static uint64_t occupancy(const zs_rbf_sum *sum, bool brute, uint8_t *samples)
+{
+  zs_compiler *compiler = zs_compiler_new(NULL, NULL, NULL);
+  const zs_coordinates root = zs_coordinates_root();
+  zs_value u[3];
+  for (int k = 0; k < 3; k++)
+    u[k] = zs_emit_coordinate(compiler, &root, k);
+  zs_value f =
+    zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
+  zs_field *field = zs_compiler_finish(compiler, f, 1);
+  const zs_grid grid = {{-0.6, -0.6, -0.6}, {1.2 / SIDE, 1.2 / SIDE, 1.2 / SIDE},
+                        {SIDE, SIDE, SIDE}};
+  zs_control control;
+  zs_control_init(&control);
+  control.brute = brute;
+  zs_job_report report;
+  assert_true(zs_voxelize(field, &grid, ZS_QUANTITY_INSIDE, keep_slab, &samples, NULL, &control,
+                          &report, NULL));
+  zs_field_unref(field);
+  return report.evaluations;
+}
+
+/* Bounds that come from samples of f overlook nothing. */
+static void pruning_loses_nothing(void **state)
+{
+  (void)state;
+  static uint8_t pruned[SIDE * SIDE * SIDE], brute[SIDE * SIDE * SIDE];
+  uint64_t seed = 20, evaluated = 0, all = 0;
+  for (int i = 0; i < 20; i++) {
+    zs_rbf *rbf =
+      random_fit((zs_rbf_kernel)(i % ZS_RBF_KERNEL_COUNT), i < 19 ? 20 + 12 * (size_t)i : 700,
+                 &seed);
+    zs_rbf_sum *sum = sum_of(rbf, 2);
+    evaluated += occupancy(sum, false, pruned);
+    all += occupancy(sum, true, brute);
+    assert_memory_equal(pruned, brute, sizeof brute);
+    zs_rbf_sum_free(sum);
+    zs_rbf_free(rbf);
+  }
+  assert_true(evaluated < all);
+}
+
 /* The number of threads changes nothing. */
 static void threads_build_the_same_tree(void **state)
 {
@@ -385,6 +458,7 @@ int main(void)
     cmocka_unit_test(bounds_hold_samples),
     cmocka_unit_test(restricted_sums_equal_the_whole),
     cmocka_unit_test(bounds_are_unknown_outside),
+    cmocka_unit_test(pruning_loses_nothing),
     cmocka_unit_test(threads_build_the_same_tree),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
