@@ -234,9 +234,9 @@ bool zs_rbf_contour_add(zs_rbf_samples *list, const zs_rings *rings, const zs_rb
 
 /* ---- Pictures ------------------------------------------------------------------- */
 
-/* Of two crossings nearer to a pixel's centre than this, by its side, one is left
- * out: they would be nearly the same constraint. */
-static const double CROWDED = 0.2;
+/* Of two crossings at one pixel that are nearer to each other than this, by its
+ * side, one is left out: they would be nearly the same constraint. */
+static const float CROWDED = 0.5F;
 
 /* A picture on its way to samples. */
 typedef struct scanner {
@@ -245,7 +245,7 @@ typedef struct scanner {
   const zs_rbf_plane *plane;
   double level;
   bool down;
-  bool *crowded; /* pixels with a crossing near their centre */
+  float *nearest; /* x and y of a crossing next to each pixel; NaN: none yet */
   zs_diag *diag;
 } scanner;
 
@@ -268,16 +268,18 @@ static void gradient(const scanner *s, long x, long y, double g[2])
   }
 }
 
-/* Whether a crossing is so near to a pixel's centre that another one is, too. */
-static bool is_crowded(const scanner *s, long x, long y, double distance)
+/* Whether another crossing at a pixel is close to this one, which is noted if there
+ * is none yet.  Both ends of a crossing's way count as its pixels. */
+static bool is_crowded(const scanner *s, long x, long y, const float at[2])
 {
-  const bool within =
-    x >= 0 && y >= 0 && x < (long)s->gray->width && y < (long)s->gray->height;
-  if (!within || distance >= CROWDED)
+  if (x < 0 || y < 0 || x >= (long)s->gray->width || y >= (long)s->gray->height)
     return false;
-  bool *taken = &s->crowded[(size_t)y * s->gray->width + (size_t)x], was = *taken;
-  *taken = true;
-  return was;
+  float *nearest = s->nearest + 2 * ((size_t)y * s->gray->width + (size_t)x);
+  if (!isnan(nearest[0]))
+    return hypotf(at[0] - nearest[0], at[1] - nearest[1]) < CROWDED;
+  nearest[0] = at[0];
+  nearest[1] = at[1];
+  return false;
 }
 
 /* The crossing from one pixel to the next one in direction (dx, dy), if any. */
@@ -287,7 +289,8 @@ static bool cross_pixels(const scanner *s, long x, long y, int dx, int dy)
   if ((a >= 0) == (b >= 0))
     return true;
   const double t = a / (a - b);
-  if (is_crowded(s, x, y, t) || is_crowded(s, x + dx, y + dy, 1 - t))
+  const float at[2] = {(float)((double)x + t * dx), (float)((double)y + t * dy)};
+  if (is_crowded(s, x, y, at) || is_crowded(s, x + dx, y + dy, at))
     return true;
   double g[2], h[2];
   gradient(s, x, y, g);
@@ -309,13 +312,16 @@ bool zs_rbf_picture_add(zs_rbf_samples *list, const zs_gray *gray, double level,
 {
   scanner s = {.list = list, .gray = gray, .plane = plane, .level = level, .down = down,
                .diag = diag};
-  s.crowded = calloc((size_t)gray->width * gray->height, sizeof *s.crowded);
-  if (!s.crowded)
+  const size_t pixels = (size_t)gray->width * gray->height;
+  s.nearest = malloc(2 * pixels * sizeof *s.nearest);
+  if (!s.nearest)
     return zs_fail_memory(diag);
+  for (size_t i = 0; i < 2 * pixels; i++)
+    s.nearest[i] = NAN;
   bool memory = true;
   for (long y = -1; memory && y < (long)gray->height; y++)
     for (long x = -1; memory && x < (long)gray->width; x++)
       memory = cross_pixels(&s, x, y, 1, 0) && cross_pixels(&s, x, y, 0, 1);
-  free(s.crowded);
+  free(s.nearest);
   return memory;
 }

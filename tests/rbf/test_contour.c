@@ -140,7 +140,7 @@ static void crossings_lie_on_the_outline(void **state)
   for (int down = 0; down <= 1; down++) {
     zs_rbf_samples list = {0};
     assert_true(zs_rbf_picture_add(&list, &picture, 0.5, down, &plane, NULL));
-    assert_true(list.count > 50 && list.count < 80);
+    assert_true(list.count > 40 && list.count < 80);
     for (size_t i = 0; i < list.count; i++) {
       const double *p = list.samples[i].position, *n = list.samples[i].normal;
       const double x = (p[0] - 100) / 0.5 - 15, row = (p[1] - 200) / 0.5;
