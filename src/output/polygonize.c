@@ -243,9 +243,10 @@ static void sum_faces(const zs_mesh *mesh, const uint32_t *vertices, size_t coun
 
 /* Where the gradient vanishes or is no number, the faces around a vertex tell
  * its normal.  False when memory is out. */
-static bool mend_normals(zs_mesh *mesh)
+static bool mend_normals(zs_mesh *mesh, unsigned threads)
 {
   size_t count = 0;
+#pragma omp parallel for reduction(+ : count) num_threads(threads)
   for (size_t v = 0; v < mesh->vertex_count; v++)
     count += lacks_normal(mesh, v);
   if (!count)
@@ -318,7 +319,7 @@ static bool run(zs_polygonize_job *job, double *evaluated)
   if (!job->normals) {
     free(job->mesh->normals);
     job->mesh->normals = NULL;
-  } else if (!mend_normals(job->mesh)) {
+  } else if (!mend_normals(job->mesh, job->threads)) {
     return zs_fail_memory(job->diag);
   }
   return report_progress(job, "triangles", 1) ||

@@ -52,9 +52,10 @@ typedef struct zs_crease {
   bool alone;      /* no other vertex can be where it is */
 } zs_crease;
 
-/* For every eight bits, which of them are set, in ascending order, and how many. */
+/* For every eight bits, which of them are set, in ascending order, how many, and how many
+ * below each. */
 typedef struct zs_bit_table {
-  uint8_t places[256][8], counts[256];
+  uint8_t places[256][8], counts[256], below[256][8];
 } zs_bit_table;
 
 void zs_bit_table_make(zs_bit_table *table);
@@ -285,7 +286,7 @@ void zs_brick_gather_signs(const zs_polygonize_job *job, const zs_brick *brick,
 bool zs_brick_at_face(const zs_polygonize_job *job, const uint32_t index[3]);
 
 /* Vertex numbers by axis, then start of their edge; only those of crossing edges
- * are ever written and read. */
+ * mean anything. */
 typedef uint32_t zs_edge_numbers[3 * ZS_REACH_CORNERS];
 void zs_brick_number_edges(const zs_polygonize_job *job, const zs_brick *brick,
                            zs_edge_numbers numbers);

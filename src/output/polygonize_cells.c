@@ -188,10 +188,9 @@ static void number_first(const zs_brick *brick, unsigned row, uint32_t *at)
   }
 }
 
-/* Number the vertices of a brick's own edges, or of an upper neighbour's as far as
- * its cells reach them: in the first plane along the axes to it.  `d`: see
- * zs_brick_upper. */
-static void number_owned(const zs_brick *owner, unsigned d, zs_edge_numbers numbers)
+/* Number the vertices of an upper neighbour's edges as far as a brick's cells reach them:
+ * in the first plane along the axes to it.  `d`: see zs_brick_upper. */
+static void number_reached(const zs_brick *owner, unsigned d, zs_edge_numbers numbers)
 {
   const unsigned y_end = d & 2 ? 1 : ZS_BRICK, z_end = d & 4 ? 1 : ZS_BRICK;
   uint32_t *start = numbers + zs_reach_offset(d & 1 ? ZS_BRICK : 0, d & 2 ? ZS_BRICK : 0,
@@ -247,10 +246,12 @@ static bool touches_two_faces(const zs_polygonize_job *job, const zs_brick *bric
 void zs_brick_number_edges(const zs_polygonize_job *job, const zs_brick *brick,
                            zs_edge_numbers numbers)
 {
-  for (unsigned d = 0; d < 8; d++) {
+  if (brick->vertex_count)
+    zs_row_kernels_of(zs_eval_isa(job->workers[0].eval))->numbers(brick, &job->bit_table, numbers);
+  for (unsigned d = 1; d < 8; d++) {
     const zs_brick *owner = zs_brick_upper(job, brick, d);
     if (owner->vertex_count)
-      number_owned(owner, d, numbers);
+      number_reached(owner, d, numbers);
   }
   if (job->cap && !job->features && brick->at_face && touches_two_faces(job, brick))
     share_numbers(job, brick, numbers);

@@ -12,9 +12,11 @@ void zs_bit_table_make(zs_bit_table *table)
 {
   for (unsigned bits = 0; bits < 256; bits++) {
     unsigned count = 0;
-    for (unsigned i = 0; i < 8; i++)
+    for (unsigned i = 0; i < 8; i++) {
+      table->below[bits][i] = (uint8_t)count;
       if (bits >> i & 1)
         table->places[bits][count++] = (uint8_t)i;
+    }
     table->counts[bits] = (uint8_t)count;
     while (count < 8)
       table->places[bits][count++] = 0;

@@ -45,6 +45,8 @@ typedef struct zs_row_kernels {
    * are those of the edges that start in `inner`. */
   void (*edges)(const zs_brick *brick, const zs_row_bits inner[3], const zs_bit_table *table,
                 zs_edge_list *list);
+  /* Number the vertices of a brick's own edges. */
+  void (*numbers)(const zs_brick *brick, const zs_bit_table *table, zs_edge_numbers numbers);
   /* The lines of n edges, in the brick's frame. */
   void (*lines)(unsigned n, const uint16_t *edges, const double cell[3], zs_roots *roots);
   /* From gradients to unit normals against them, zero where there is none. */

@@ -164,10 +164,10 @@ typedef uint8_t run_places __attribute__((vector_size(ZS_EDGE_RUN)));
 
 static const run_numbers RUN = {0, 1, 2, 3, 4, 5, 6, 7};
 
-static inline run_numbers places_of(const zs_bit_table *table, unsigned bits)
+static inline run_numbers load_places(const uint8_t from[ZS_EDGE_RUN])
 {
   run_places places;
-  memcpy(&places, table->places[bits], sizeof places);
+  memcpy(&places, from, sizeof places);
   return __builtin_convertvector(places, run_numbers);
 }
 
@@ -222,7 +222,7 @@ static unsigned find_ends(const float *f, const zs_row_bits crossing[3],
         const unsigned bits = run_of(crossing[axis][row], &part);
         const float *start = f + row * ZS_BRICK + part.first[0];
         const run_floats a = load_run(start), b = load_run(start + stride[axis]);
-        const run_numbers places = places_of(table, bits);
+        const run_numbers places = load_places(table->places[bits]);
         /* One end is inside, the other is not. */
         store_run(inner + count, __builtin_shuffle(select_run(a > b, a, b), places));
         store_run(outer + count, __builtin_shuffle(select_run(a > b, b, a), places));
@@ -252,7 +252,7 @@ static void list_edges(const zs_brick *brick, const zs_row_bits inner_edges[3],
       for (unsigned axis = 0; axis < 3; axis++) {
         const unsigned all = brick->crossing[axis][row], bits = run_of(all, &part);
         const unsigned known = table->counts[bits & any & run_of(inner_edges[axis][row], &part)];
-        const run_numbers places = places_of(table, bits);
+        const run_numbers places = load_places(table->places[bits]);
         const run_numbers inside = (int)run_of(brick->signs[row], &part) >> places & 1;
         const run_numbers edges = (places + (int)(row * ZS_BRICK + part.first[0])) |
                                   (int)(axis << ZS_EDGE_AXIS) | inside << ZS_EDGE_INSIDE;
@@ -271,6 +271,24 @@ static void list_edges(const zs_brick *brick, const zs_row_bits inner_edges[3],
     }
   }
   list->first[ZS_PARTS] = count;
+}
+
+static void number_edges(const zs_brick *brick, const zs_bit_table *table,
+                         zs_edge_numbers numbers)
+{
+  for (unsigned row = 0; row < ZS_BRICK_ROWS; row++) {
+    if (!zs_row_has(brick->crossing, row))
+      continue;
+    uint32_t number = (uint32_t)brick->first_vertex + brick->first[row];
+    uint32_t *at = numbers + zs_reach_offset(0, row % ZS_BRICK, row / ZS_BRICK);
+    for (unsigned axis = 0; axis < 3; axis++, at += ZS_REACH_CORNERS)
+      for (unsigned x = 0; x < ZS_BRICK; x += ZS_EDGE_RUN) {
+        const unsigned bits = brick->crossing[axis][row] >> x & ((1u << ZS_EDGE_RUN) - 1);
+        const run_numbers run = load_places(table->below[bits]) + (int)number;
+        memcpy(at + x, &run, sizeof run);
+        number += table->counts[bits];
+      }
+  }
 }
 
 /* ---- Vertices -------------------------------------------------------------------------- */
@@ -398,6 +416,7 @@ const zs_row_kernels ZS_KERNELS(zs_row_kernels) = {
   .cells = find_cells,
   .ends = find_ends,
   .edges = list_edges,
+  .numbers = number_edges,
   .lines = find_lines,
   .normals = find_normals,
   .hold = hold_normals,
