@@ -42,6 +42,10 @@ static const zs_attribute attributes[] = {
    .doc = "how many constraints to use at most: those that the others would miss most"},
   ZS_LENGTH(struct variational, tolerance, "tolerance", "", ZS_RANGE_POSITIVE,
             "how far f may miss a constraint: no more are used than that takes"),
+  {.name = "accuracy", .type = ZS_NUMBER, .offset = offsetof(struct variational, accuracy),
+   .initial = "1e-6", .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1e-12, .maximum = 0.01,
+   .doc = "how far values near the surface may be off, as a part of what f varies over the "
+          "constraints: what is far away is added up approximately"},
   {.name = "slice", .type = ZS_NUMBERS, .offset = offsetof(struct variational, slice),
    .initial = "", .unit = "1",
    .doc = "with `shape` parts: where f is between them, in the coordinates of their `at`; no more "
@@ -228,8 +232,8 @@ static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_va
     beyond[k] = fit->separation * p->slice.values[k];
   const bool third = space == 2 && p->slice.count > 0;
   zs_variational_sum *sum =
-    zs_variational_sum_find(fit, third ? beyond + 1 : beyond, zs_compiler_cache(compiler),
-                            zs_compiler_control(compiler));
+    zs_variational_sum_find(fit, third ? beyond + 1 : beyond, p->accuracy,
+                            zs_compiler_cache(compiler), zs_compiler_control(compiler));
   if (!sum || !zs_compiler_keep(compiler, sum, zs_variational_sum_unref)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);

@@ -13,7 +13,7 @@
 struct variational {
   int kernel; /* 0 is "auto", then zs_rbf_kernel + 1 */
   int degree, dimension, sides, budget;
-  double normal_offset, smoothing, tolerance, separation; /* NaN: automatic, or not given */
+  double normal_offset, smoothing, tolerance, separation, accuracy; /* NaN: automatic, or not given */
   zs_numbers slice;
 };
 enum { ZS_VARIATIONAL_BOTH_SIDES = 0 };                 /* `sides` */
@@ -114,6 +114,7 @@ void zs_variational_fit_unref(void *fit);
  * remembered, to be released by zs_variational_sum_unref; NULL when memory is out. */
 typedef struct zs_variational_sum zs_variational_sum;
 zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, const double *extra,
+                                            double accuracy,
                                             struct zs_cache *cache, const zs_control *control);
 void zs_variational_sum_unref(void *sum);
 const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum);

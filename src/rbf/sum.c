@@ -3,9 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of what f varies over the centres: how far off it may be. */
-static const double TOLERANCE = 1e-6;
-
 static double reference(const void *data, const double in[])
 {
   const zs_rbf_sum *sum = data;
@@ -49,7 +46,7 @@ static void slice_polynomial(const zs_rbf *rbf, const double *slice, double poly
 
 /* What cells may be off by: a part of what f varies over some of the centres, but
  * not less than what rounding makes of the sum. */
-static double tolerance_of(const zs_rbf_terms *terms)
+static double tolerance_of(const zs_rbf_terms *terms, double accuracy)
 {
   const size_t stride = terms->count / (ZS_BLOCK - 1) + 1;
   double point[3][ZS_BLOCK], f[ZS_BLOCK], squares = 0, lo = INFINITY, hi = -INFINITY;
@@ -66,10 +63,11 @@ static double tolerance_of(const zs_rbf_terms *terms)
   }
   for (size_t j = 0; j < terms->count; j++)
     squares += terms->centres[j].weight * terms->centres[j].weight;
-  return fmax(TOLERANCE * (hi - lo), 1e-16 * (sqrt(squares) + fmax(fabs(lo), fabs(hi))));
+  return fmax(accuracy * (hi - lo), 1e-16 * (sqrt(squares) + fmax(fabs(lo), fabs(hi))));
 }
 
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, unsigned threads)
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, double accuracy,
+                           unsigned threads)
 {
   double slice[ZS_RBF_MAXIMUM_DIMENSION - 3];
   for (unsigned k = 3; k < rbf->dimension; k++)
@@ -87,7 +85,7 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, unsigned thre
   *sum = (zs_rbf_sum){.kernel = rbf->kernel, .inside = inside};
   sum->terms = (zs_rbf_terms){.kernel = rbf->kernel, .count = rbf->count, .centres = centres};
   slice_polynomial(rbf, slice, sum->terms.polynomial);
-  sum->tolerance = tolerance_of(&sum->terms);
+  sum->tolerance = tolerance_of(&sum->terms, accuracy);
   sum->cells = zs_rbf_cells_new(&sum->terms, sum->tolerance, threads);
   if (sum->cells)
     sum->tree = zs_rbf_tree_new(sum, threads);

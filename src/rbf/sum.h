@@ -5,8 +5,8 @@
  *
  * The sum of a whole program is added up term by term, which takes a time by the
  * number of centres.  Restricted to any box it is found cell by cell (cells.h),
- * at a cost that hardly depends on it; that is off by at most about a millionth
- * of what f varies over the centres. */
+ * at a cost that hardly depends on it; near the centres that is off by at most
+ * about `accuracy` times what f varies over them. */
 #ifndef ZS_RBF_SUM_H
 #define ZS_RBF_SUM_H
 
@@ -26,11 +26,14 @@ typedef struct zs_rbf_sum {
   double tolerance;
 } zs_rbf_sum;
 
+#define ZS_RBF_ACCURACY 1e-6 /* that no picture, mesh or volume shows */
+
 /* Copy a fit and enclose it; NULL when memory is out.  Of a fit in more than three
  * dimensions it is the slice where the others are `extra`, dimension - 3 numbers
  * in the scene's units (else NULL will do); a fit in the plane must be given 0 as
- * z. */
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, unsigned threads);
+ * z.  `accuracy` is positive. */
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, double accuracy,
+                           unsigned threads);
 void zs_rbf_sum_free(void *sum);
 
 /* The sum to use in the box lo .. hi; `data` itself where the cells do not reach. */

@@ -58,7 +58,8 @@ static const double slice[2] = {0.1, -0.2};
 
 static zs_rbf_sum *sum_of(const zs_rbf *rbf, unsigned threads)
 {
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension > 3 ? slice : NULL, threads);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension > 3 ? slice : NULL, ZS_RBF_ACCURACY,
+                                   threads);
   assert_non_null(sum);
   return sum;
 }
@@ -339,6 +340,32 @@ static void restricted_sums_equal_the_whole(void **state)
   }
 }
 
+/* What is asked for is kept near the surface, and less costs less. */
+static void accuracy_is_kept(void **state)
+{
+  (void)state;
+  static const double accuracies[] = {1e-9, 1e-6, 1e-3};
+  zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 300, 6);
+  size_t before = SIZE_MAX;
+  for (size_t a = 0; a < sizeof accuracies / sizeof *accuracies; a++) {
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, NULL, accuracies[a], 2);
+    assert_non_null(sum);
+    uint64_t seed = 5;
+    for (int i = 0; i < 300; i++) {
+      const zs_rbf_centre *c = &sum->terms.centres[random_below(&seed, (unsigned)rbf->count)];
+      const double x[3] = {c->x + random_between(&seed, -0.01, 0.01),
+                           c->y + random_between(&seed, -0.01, 0.01),
+                           c->z + random_between(&seed, -0.01, 0.01)};
+      /* f is between -0.05 and 0.05 at the centres. */
+      assert_true(fabs(reference(sum->inside, x) - reference(sum, x)) <= 0.1 * accuracies[a]);
+    }
+    assert_true(sum->cells->bytes < before);
+    before = sum->cells->bytes;
+    zs_rbf_sum_free(sum);
+  }
+  zs_rbf_free(rbf);
+}
+
 static void bounds_are_unknown_outside(void **state)
 {
   (void)state;
@@ -457,6 +484,7 @@ int main(void)
     cmocka_unit_test(sums_equal_fits),
     cmocka_unit_test(bounds_hold_samples),
     cmocka_unit_test(restricted_sums_equal_the_whole),
+    cmocka_unit_test(accuracy_is_kept),
     cmocka_unit_test(bounds_are_unknown_outside),
     cmocka_unit_test(pruning_loses_nothing),
     cmocka_unit_test(threads_build_the_same_tree),
