@@ -12,7 +12,7 @@ enum {
 static const unsigned orders[ROUNDS] = {5, 6, 7, 8, 9, ORDER};
 /* Of the tolerance, what each swarm may be off by, and what may be dropped of a
  * leaf's polynomial. */
-static const double SHARE = 0.3, DROPPED = 0.02;
+static const double SHARE = 0.5, DROPPED = 0.02;
 /* Beyond a distance f grows, and so does what cells may be off by: by this many
  * tolerances for each side of the unit box. */
 static const double BEYOND = 0.02, FARTHER = 300;
