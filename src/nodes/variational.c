@@ -154,16 +154,15 @@ static bool check(const zs_node *node, zs_diag *diag)
 /* ---- f --------------------------------------------------------------------------- */
 
 zs_value zs_variational_sum_emit(zs_compiler *compiler, const zs_rbf_sum *sum, const zs_rbf *rbf,
-                                 const double *third, const zs_coordinates *at)
+                                 const zs_coordinates *at)
 {
   const double *c = rbf->centre, s = 1 / rbf->size;
   const double to_unit_box[12] = {s, 0, 0, -c[0] * s, 0, s, 0, -c[1] * s, 0, 0, s, -c[2] * s};
   zs_coordinates unit = zs_coordinates_affine(at, to_unit_box);
   zs_value u[3];
   for (int k = 0; k < 3; k++)
-    u[k] = k < 2 || (rbf->dimension > 2 && !third)
-             ? zs_emit_coordinate(compiler, &unit, k)
-             : zs_emit_constant(compiler, third ? (*third - c[2]) * s : 0);
+    u[k] = k < 2 || !sum->terms.flat ? zs_emit_coordinate(compiler, &unit, k)
+                                     : zs_emit_constant(compiler, 0);
   return zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
 }
 
@@ -226,21 +225,18 @@ static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_va
 {
   const struct variational *p = node->parameters;
   const zs_rbf *rbf = fit->rbf;
-  const unsigned space = zs_variational_space(node);
   double beyond[3] = {0, 0, 0}; /* space */
   for (size_t k = 0; k < p->slice.count; k++)
     beyond[k] = fit->separation * p->slice.values[k];
-  const bool third = space == 2 && p->slice.count > 0;
   zs_variational_sum *sum =
-    zs_variational_sum_find(fit, third ? beyond + 1 : beyond, p->accuracy,
+    zs_variational_sum_find(fit, zs_variational_space(node), beyond, p->accuracy,
                             zs_compiler_cache(compiler), zs_compiler_control(compiler));
   if (!sum || !zs_compiler_keep(compiler, sum, zs_variational_sum_unref)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }
   describe(compiler, node, fit, at);
-  return zs_variational_sum_emit(compiler, zs_variational_sum_data(sum), rbf,
-                                 third ? beyond : NULL, at);
+  return zs_variational_sum_emit(compiler, zs_variational_sum_data(sum), rbf, at);
 }
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)

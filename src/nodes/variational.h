@@ -22,10 +22,9 @@ enum { ZS_VARIATIONAL_AUTO, ZS_VARIATIONAL_PLANE, ZS_VARIATIONAL_SPACE }; /* `di
 /* The dimension of the space that f is in: 2 or 3 (variational.c). */
 unsigned zs_variational_space(const zs_node *node);
 
-/* f of a fit at coordinates in the scene's units; where `third` is given, it is
- * the fit's third coordinate in place of z (variational.c). */
+/* f of a fit at coordinates in the scene's units (variational.c). */
 zs_value zs_variational_sum_emit(zs_compiler *compiler, const zs_rbf_sum *sum, const zs_rbf *rbf,
-                                 const double *third, const zs_coordinates *at);
+                                 const zs_coordinates *at);
 
 /* ---- Parts (variational_parts.c) ----------------------------------------------- */
 
@@ -110,11 +109,12 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
                                             zs_diag *diag);
 void zs_variational_fit_unref(void *fit);
 
-/* What is evaluated where the coordinates beyond space are `extra`, made now or
- * remembered, to be released by zs_variational_sum_unref; NULL when memory is out. */
+/* What is evaluated in a space of 2 or 3 dimensions where the coordinates beyond it are
+ * `extra`, made now or remembered, to be released by zs_variational_sum_unref; NULL when
+ * memory is out. */
 typedef struct zs_variational_sum zs_variational_sum;
-zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, const double *extra,
-                                            double accuracy,
+zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, unsigned space,
+                                            const double *extra, double accuracy,
                                             struct zs_cache *cache, const zs_control *control);
 void zs_variational_sum_unref(void *sum);
 const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum);

@@ -307,13 +307,13 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
   return fit;
 }
 
-zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, const double *extra,
-                                            double accuracy,
+zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, unsigned space,
+                                            const double *extra, double accuracy,
                                             struct zs_cache *cache, const zs_control *control)
 {
   uint64_t key[2];
   memcpy(key, fit->key, sizeof key);
-  mix(key, extra, fit->rbf->dimension > 3 ? fit->rbf->dimension - 3 : 0);
+  mix(key, extra, fit->rbf->dimension - space);
   mix(key, &accuracy, 1);
   zs_variational_sum *sum = zs_cache_find(cache, key, &sum_type);
   if (sum)
@@ -322,7 +322,7 @@ zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, const
   if (!sum)
     return NULL;
   atomic_init(&sum->references, 1);
-  sum->sum = zs_rbf_sum_new(fit->rbf, extra, accuracy, zs_control_threads(control));
+  sum->sum = zs_rbf_sum_new(fit->rbf, space, extra, accuracy, zs_control_threads(control));
   if (!sum->sum) {
     free(sum);
     return NULL;

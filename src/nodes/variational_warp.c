@@ -128,12 +128,12 @@ void zs_variational_warp_apply(const zs_variational_warp *warp, int shape, doubl
 /* One component of a displacement. */
 static zs_value displacement(zs_compiler *compiler, const zs_rbf *rbf, const zs_coordinates *at)
 {
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, NULL, ZS_RBF_ACCURACY, 1);
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension, NULL, ZS_RBF_ACCURACY, 1);
   if (!sum || !zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }
-  return zs_variational_sum_emit(compiler, sum, rbf, NULL, at);
+  return zs_variational_sum_emit(compiler, sum, rbf, at);
 }
 
 zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variational_warp *warp,

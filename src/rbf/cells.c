@@ -9,12 +9,12 @@ enum {
   ORDER = ZS_CHEBYSHEV_ORDER,
   NEAR = 300, /* centres that a leaf may keep */
   FEW = 600,  /* which are not worth cells */
-  DEPTH = 11
+  DEPTH = 13
 };
 /* Limits, against sums that no such tolerance can be had for, some and so many a
  * centre: cells, swarms that are near to them, and pairs of nodes and centres. */
 static const double MOST_CELLS[2] = {4096, 8}, MOST_NEAR[2] = {1e6, 64};
-static const double MOST_PAIRS[2] = {5e8, 1e6};
+static const double MOST_PAIRS[2] = {2e9, 4e6};
 
 /* ---- Levels --------------------------------------------------------------------------- */
 
@@ -34,10 +34,20 @@ static void free_level(level *l)
   free(l->places);
 }
 
+/* Whether points that are asked for can lie in the child of a target: those of the plane
+ * z = 0 are in the cells above it. */
+static bool is_used(const zs_target_maker *m, const zs_target *parent, unsigned child)
+{
+  const double z = parent->middle[2];
+  return !m->terms->flat || (child & 4 ? z == 0 : z > 0);
+}
+
 /* Make the child of a target at one of the next level's places. */
 static bool grow(const zs_target_maker *m, const zs_target *parent, unsigned child, bool last,
                  zs_rbf_cell *cell, zs_target **result, double *pairs)
 {
+  if (!is_used(m, parent, child))
+    return true;
   zs_target *t = zs_target_part(m, parent, child);
   bool done = t != NULL;
   if (t)
@@ -109,6 +119,7 @@ static bool make_cells(const zs_target_maker *m, zs_rbf_cells *cells, unsigned t
 {
   level l = {calloc(1, sizeof *l.targets), calloc(1, sizeof *l.places), 1, 0};
   cells->cells = calloc(1, sizeof *cells->cells);
+  cells->half = zs_rbf_terms_half(m->terms);
   cells->count = 1;
   if (l.targets)
     l.targets[0] = zs_target_cube(m);
@@ -133,7 +144,7 @@ static double measure(const zs_rbf_cells *cells, const zs_rbf_terms *terms)
     const zs_rbf_centre *c = &terms->centres[j];
     point[0][n] = c->x + away;
     point[1][n] = c->y - away;
-    point[2][n] = c->z + away;
+    point[2][n] = terms->flat ? 0 : c->z + away;
     away = away > farthest ? 0 : fmax(nearest, 1.6 * away);
   }
   zs_rbf_terms_values(terms, n, point, exact);
@@ -189,7 +200,7 @@ const zs_rbf_cell *zs_rbf_cells_find(const zs_rbf_cells *cells, const double poi
 {
   const zs_rbf_cell *cell = cells->cells;
   middle[0] = middle[1] = middle[2] = 0;
-  *half = ZS_CELLS_HALF;
+  *half = cells->half;
   while (cell->children) {
     unsigned child = 0;
     *half /= 2;

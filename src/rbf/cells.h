@@ -24,7 +24,10 @@
 
 #include <stddef.h>
 
-#define ZS_CELLS_HALF 5.0  /* half the cube's side */
+/* Half the cube's side.  In the plane a larger one costs little, and shapes lie side by
+ * side there. */
+#define ZS_CELLS_HALF 5.0
+#define ZS_CELLS_FLAT_HALF 20.0
 
 /* Centres first .. first + count - 1. */
 typedef struct zs_rbf_range {
@@ -48,6 +51,7 @@ static inline unsigned zs_cells_stride(unsigned order)
 
 typedef struct zs_rbf_cells {
   zs_rbf_cell *cells; /* the first is the cube */
+  double half;        /* the cube's side's */
   size_t count, bytes;
   double error; /* as measured, with an allowance for what no sample met */
 } zs_rbf_cells;
@@ -55,10 +59,16 @@ typedef struct zs_rbf_cells {
 /* A sum as it is given. */
 typedef struct zs_rbf_terms {
   zs_rbf_kernel kernel;
+  bool flat; /* all centres lie in the plane z = 0, and so do all points that will be asked for */
   size_t count;
   zs_rbf_centre *centres; /* will be put in another order */
   double polynomial[10];  /* 1 x y z xx xy xz yy yz zz */
 } zs_rbf_terms;
+
+static inline double zs_rbf_terms_half(const zs_rbf_terms *terms)
+{
+  return terms->flat ? ZS_CELLS_FLAT_HALF : ZS_CELLS_HALF;
+}
 
 /* Cells that are off by about `tolerance` at most near the centres; NULL when
  * memory is out. */

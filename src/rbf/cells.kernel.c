@@ -168,6 +168,15 @@ static inline ZS_ALWAYS void evaluate_group(zs_rbf_kernel kernel, const zs_rbf_t
     for (unsigned at = from; at < i; at += ZS_WIDTH)
       add_layer(p, &l, g, at, gradient);
   }
+  if (end - g->first[index] <= ZS_WIDTH) {
+    const unsigned i = g->first[index];
+    const double *const point[3] = {&g->point[0][i], &g->point[1][i], &g->point[2][i]};
+    double *const sum[4] = {&g->sum[0][i], &g->sum[1][i], &g->sum[2][i], &g->sum[3][i]};
+    for (uint32_t r = 0; r < p->cell->near_count; r++)
+      zs_pairs_add_few(kernel, end - i, point, sum, terms->centres + p->cell->near[r].first,
+                       p->cell->near[r].count, gradient);
+    return;
+  }
   for (unsigned i = g->first[index]; i < end; i += ZS_PAIRS_POINTS) {
     const double *const point[3] = {&g->point[0][i], &g->point[1][i], &g->point[2][i]};
     double *const sum[4] = {&g->sum[0][i], &g->sum[1][i], &g->sum[2][i], &g->sum[3][i]};

@@ -57,4 +57,49 @@ static inline ZS_ALWAYS void zs_pairs_add(zs_rbf_kernel kernel, zs_pairs *p,
   }
 }
 
+/* Next centres, one in each place; those past the end weigh nothing. */
+static inline ZS_ALWAYS void zs_pairs_gather(const zs_rbf_centre *centres, size_t count,
+                                             zs_vector c[5])
+{
+  for (size_t l = 0; l < ZS_WIDTH; l++) {
+    const zs_rbf_centre *from = &centres[l < count ? l : count - 1];
+    c[0][l] = from->x;
+    c[1][l] = from->y;
+    c[2][l] = from->z;
+    c[3][l] = from->lift;
+    c[4][l] = l < count ? from->weight : 0;
+  }
+}
+
+/* The same for up to ZS_WIDTH points, rows like those of zs_pairs_load: vectors are of
+ * centres then, so that few points take little. */
+static inline ZS_ALWAYS void zs_pairs_add_few(zs_rbf_kernel kernel, unsigned n,
+                                              const double *const point[3], double *const sum[4],
+                                              const zs_rbf_centre *centres, size_t count,
+                                              bool gradient)
+{
+  zs_vector sums[ZS_WIDTH][4] = {{{0}}}, c[5] = {{0}};
+  for (size_t j = 0; j < count; j += ZS_WIDTH) {
+    zs_pairs_gather(centres + j, count - j, c);
+    for (unsigned i = 0; i < n; i++) {
+      const zs_vector x = point[0][i] - c[0], y = point[1][i] - c[1], z = point[2][i] - c[2];
+      const zs_vector s = x * x + y * y + z * z + c[3];
+      if (!gradient) {
+        sums[i][0] += c[4] * zs_vector_phi(kernel, s);
+        continue;
+      }
+      zs_vector slope;
+      sums[i][0] += c[4] * zs_vector_phi_and_slope(kernel, s, &slope);
+      slope *= c[4];
+      sums[i][1] += slope * x;
+      sums[i][2] += slope * y;
+      sums[i][3] += slope * z;
+    }
+  }
+  for (unsigned i = 0; i < n; i++)
+    for (unsigned k = 0; k < (gradient ? 4 : 1); k++)
+      for (unsigned l = 0; l < ZS_WIDTH; l++)
+        sum[k][i] += sums[i][k][l];
+}
+
 #endif

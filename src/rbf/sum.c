@@ -11,17 +11,18 @@ static double reference(const void *data, const double in[])
 }
 
 /* A centre as seen from space; `slice` has the coordinates beyond it. */
-static zs_rbf_centre centre_of(const zs_rbf *rbf, const double *slice, size_t j)
+static zs_rbf_centre centre_of(const zs_rbf *rbf, unsigned space, const double *slice, size_t j)
 {
   const double *c = rbf->centres + rbf->dimension * j;
-  zs_rbf_centre centre = {c[0], c[1], rbf->dimension > 2 ? c[2] : 0, 0, rbf->weights[j]};
-  for (unsigned k = 3; k < rbf->dimension; k++)
-    centre.lift += (slice[k - 3] - c[k]) * (slice[k - 3] - c[k]);
+  zs_rbf_centre centre = {c[0], c[1], space > 2 ? c[2] : 0, 0, rbf->weights[j]};
+  for (unsigned k = space; k < rbf->dimension; k++)
+    centre.lift += (slice[k - space] - c[k]) * (slice[k - space] - c[k]);
   return centre;
 }
 
 /* The polynomial of a fit as one of x, y and z. */
-static void slice_polynomial(const zs_rbf *rbf, const double *slice, double polynomial[10])
+static void slice_polynomial(const zs_rbf *rbf, unsigned space, const double *slice,
+                             double polynomial[10])
 {
   /* Of products of 1, x, y and z, by rows. */
   static const uint8_t index[4][4] = {{0, 1, 2, 3}, {1, 4, 5, 6}, {2, 5, 7, 8}, {3, 6, 8, 9}};
@@ -31,8 +32,8 @@ static void slice_polynomial(const zs_rbf *rbf, const double *slice, double poly
   unsigned variable[ZS_RBF_MAXIMUM_DIMENSION];
   double factor[ZS_RBF_MAXIMUM_DIMENSION];
   for (unsigned k = 0; k < dimension; k++) {
-    variable[k] = k < 3 ? k + 1 : 0;
-    factor[k] = k < 3 ? 1 : slice[k - 3];
+    variable[k] = k < space ? k + 1 : 0;
+    factor[k] = k < space ? 1 : slice[k - space];
   }
   memset(polynomial, 0, 10 * sizeof *polynomial);
   if (c < end)
@@ -66,12 +67,12 @@ static double tolerance_of(const zs_rbf_terms *terms, double accuracy)
   return fmax(accuracy * (hi - lo), 1e-16 * (sqrt(squares) + fmax(fabs(lo), fabs(hi))));
 }
 
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, double accuracy,
-                           unsigned threads)
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned space, const double *extra,
+                           double accuracy, unsigned threads)
 {
-  double slice[ZS_RBF_MAXIMUM_DIMENSION - 3];
-  for (unsigned k = 3; k < rbf->dimension; k++)
-    slice[k - 3] = (extra[k - 3] - rbf->centre[k]) / rbf->size;
+  double slice[ZS_RBF_MAXIMUM_DIMENSION - 2];
+  for (unsigned k = space; k < rbf->dimension; k++)
+    slice[k - space] = (extra[k - space] - rbf->centre[k]) / rbf->size;
   zs_rbf_sum *sum = calloc(1, sizeof *sum), *inside = calloc(1, sizeof *inside);
   zs_rbf_centre *centres = malloc(rbf->count * sizeof *centres);
   if (!sum || !inside || !centres) {
@@ -81,10 +82,11 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, double accura
     return NULL;
   }
   for (size_t j = 0; j < rbf->count; j++)
-    centres[j] = centre_of(rbf, slice, j);
+    centres[j] = centre_of(rbf, space, slice, j);
   *sum = (zs_rbf_sum){.kernel = rbf->kernel, .inside = inside};
-  sum->terms = (zs_rbf_terms){.kernel = rbf->kernel, .count = rbf->count, .centres = centres};
-  slice_polynomial(rbf, slice, sum->terms.polynomial);
+  sum->terms = (zs_rbf_terms){
+    .kernel = rbf->kernel, .flat = space == 2, .count = rbf->count, .centres = centres};
+  slice_polynomial(rbf, space, slice, sum->terms.polynomial);
   sum->tolerance = tolerance_of(&sum->terms, accuracy);
   sum->cells = zs_rbf_cells_new(&sum->terms, sum->tolerance, threads);
   if (sum->cells)
@@ -115,8 +117,9 @@ const void *zs_rbf_sum_restricted(const void *data, const float lo[3], const flo
 {
   (void)arena;
   const zs_rbf_sum *sum = data;
+  const double half = sum->cells->half;
   for (int k = 0; k < 3; k++)
-    if (!((double)lo[k] >= -ZS_CELLS_HALF && (double)hi[k] <= ZS_CELLS_HALF))
+    if (!((double)lo[k] >= -half && (double)hi[k] <= half))
       return data;
   return sum->restricted ? sum : sum->inside;
 }

@@ -28,12 +28,12 @@ typedef struct zs_rbf_sum {
 
 #define ZS_RBF_ACCURACY 1e-6 /* that no picture, mesh or volume shows */
 
-/* Copy a fit and enclose it; NULL when memory is out.  Of a fit in more than three
- * dimensions it is the slice where the others are `extra`, dimension - 3 numbers
- * in the scene's units (else NULL will do); a fit in the plane must be given 0 as
- * z.  `accuracy` is positive. */
-zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, const double *extra, double accuracy,
-                           unsigned threads);
+/* Copy a fit and enclose it; NULL when memory is out.  Its first `space` dimensions, 2
+ * or 3, are those of space, and it is the slice where the others are `extra`,
+ * dimension - space numbers in the scene's units (NULL will do for none).  In the
+ * plane it must be given 0 as z.  `accuracy` is positive. */
+zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned space, const double *extra,
+                           double accuracy, unsigned threads);
 void zs_rbf_sum_free(void *sum);
 
 /* The sum to use in the box lo .. hi; `data` itself where the cells do not reach. */

@@ -114,11 +114,13 @@ static int round_for(const zs_target_maker *m, const zs_target *t, const zs_swar
                      far_centres *centres)
 {
   static const double SLOWEST = 1.5;
-  const double half[3] = {t->half, t->half, t->half};
-  const double rate = rate_of(t->middle, half, s->lo, s->hi, s->lift);
+  const bool flat = m->terms->flat; /* a target is its side in the plane then */
+  const double half[3] = {t->half, t->half, flat ? 0 : t->half};
+  const double middle[3] = {t->middle[0], t->middle[1], flat ? 0 : t->middle[2]};
+  const double rate = rate_of(middle, half, s->lo, s->hi, s->lift);
   double square = s->lift;
   for (int k = 0; k < 3; k++) {
-    const double d = t->middle[k] - (s->lo[k] + s->hi[k]) / 2;
+    const double d = middle[k] - (s->lo[k] + s->hi[k]) / 2;
     square += d * d;
   }
   /* Coefficients fall from twice the size of the terms. */
@@ -190,10 +192,13 @@ static bool place_swarm(const zs_target_maker *m, zs_target *t, uint32_t index,
   return true;
 }
 
-/* Add the polynomials of one order to a target's series. */
+/* Add the polynomials of one order to a target's series.  Those of flat sums do not
+ * depend on z: they need no nodes away from the plane. */
 static void interpolate(const zs_target_maker *m, zs_target *t, int round, const far_list *far)
 {
-  const unsigned order = orders[round], count = order * order * order;
+  const bool flat = m->terms->flat;
+  const unsigned order = orders[round], plane = order * order;
+  const unsigned count = flat ? plane : plane * order;
   double node[ORDER], point[3][NODES], sums[NODES] = {0}, series[ALL];
   for (unsigned i = 0; i < order; i++)
     node[i] = zs_chebyshev_node(order, i);
@@ -201,13 +206,15 @@ static void interpolate(const zs_target_maker *m, zs_target *t, int round, const
     const unsigned i = n < count ? n : count - 1;
     point[0][n] = t->middle[0] + t->half * node[i % order];
     point[1][n] = t->middle[1] + t->half * node[i / order % order];
-    point[2][n] = t->middle[2] + t->half * node[i / order / order];
+    point[2][n] = flat ? 0 : t->middle[2] + t->half * node[i / plane];
   }
   const double *const rows[3] = {point[0], point[1], point[2]};
   for (size_t j = 0; j < far->count; j++) {
     m->kernels->add(far->parts[j].list, far->parts[j].count, rows, (count + 15) / 16 * 16, sums);
     t->pairs += (double)count * (double)far->parts[j].count;
   }
+  for (unsigned k = 1; flat && k < order; k++)
+    memcpy(sums + k * plane, sums, plane * sizeof *sums);
   m->kernels->transform(m->fit[round], order, order, sums, series);
   for (unsigned k = 0; k < order; k++)
     for (unsigned j = 0; j < order; j++)
@@ -307,7 +314,7 @@ void zs_target_free(zs_target *t)
 /* Its series is the polynomial of the sum. */
 zs_target *zs_target_cube(const zs_target_maker *m)
 {
-  const double h = ZS_CELLS_HALF, *p = m->terms->polynomial;
+  const double h = zs_rbf_terms_half(m->terms), *p = m->terms->polynomial;
   zs_target *t = calloc(1, sizeof *t);
   if (!t)
     return NULL;

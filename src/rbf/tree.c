@@ -9,7 +9,7 @@
 enum {
   TOP = 4,               /* octrees along each side of the cube */
   TOPS = TOP * TOP * TOP,
-  DEPTH = 6,             /* divisions of a top cell: to a hundredth of the unit box */
+  DEPTH = 6, FLAT_DEPTH = 8, /* divisions of a top cell: to a hundredth of the unit box */
   ORDER = 5,             /* nodes along a cell's side */
   NODES = ORDER * ORDER * ORDER
 };
@@ -32,6 +32,8 @@ typedef struct node {
 struct zs_rbf_tree {
   node *nodes; /* TOPS top cells come first, x fastest */
   size_t count;
+  double half; /* the cube's side's */
+  bool flat;   /* of a sum that is: its cells are those above the plane z = 0 */
 };
 
 /* An octree being grown. */
@@ -60,7 +62,8 @@ static node enclose(const builder *b, const cell *c)
   for (unsigned n = 0; n < NODES; n++) {
     point[0][n] = c->middle[0] + c->half * b->place[n % ORDER];
     point[1][n] = c->middle[1] + c->half * b->place[n / ORDER % ORDER];
-    point[2][n] = c->middle[2] + c->half * b->place[n / ORDER / ORDER];
+    point[2][n] =
+      b->sum->terms.flat ? 0 : c->middle[2] + c->half * b->place[n / ORDER / ORDER];
   }
   kernels->evaluate(b->sum->cells, &b->sum->terms, NODES, (const double(*)[ZS_BLOCK])point, f,
                     false);
@@ -99,21 +102,25 @@ static uint32_t add_children(grown *g)
   return (uint32_t)(g->count - 8);
 }
 
-static bool is_small(const cell *c, int level)
+static bool is_small(const builder *b, const cell *c, int level)
 {
   double distance = 0;
   for (int k = 0; k < 3; k++)
     distance = fmax(distance, fabs(c->middle[k]) - c->half - 0.5);
-  return level == DEPTH || c->half < GRADING * distance;
+  return level == (b->sum->terms.flat ? FLAT_DEPTH : DEPTH) || c->half < GRADING * distance;
 }
 
 /* Enclose f over a cell, dividing it while no sign is certain and it is not
  * small.  False when memory is out. */
 static bool grow(const builder *b, grown *g, size_t index, const cell *c, int level)
 {
+  if (b->sum->terms.flat && c->middle[2] != c->half) { /* away from the plane z = 0 */
+    g->nodes[index] = (node){.lo = INFINITY, .hi = -INFINITY};
+    return true;
+  }
   node whole = enclose(b, c);
   g->nodes[index] = whole;
-  if (whole.lo >= 0 || whole.hi < 0 || is_small(c, level))
+  if (whole.lo >= 0 || whole.hi < 0 || is_small(b, c, level))
     return true;
   const uint32_t first = add_children(g);
   if (!first)
@@ -134,21 +141,22 @@ static bool grow(const builder *b, grown *g, size_t index, const cell *c, int le
   return true;
 }
 
-static void top_middle(unsigned index, double middle[3])
+static void top_middle(double half, unsigned index, double middle[3])
 {
   const unsigned at[3] = {index % TOP, index / TOP % TOP, index / TOP / TOP};
   for (int k = 0; k < 3; k++)
-    middle[k] = ZS_CELLS_HALF * ((2 * at[k] + 1) / (double)TOP - 1);
+    middle[k] = half * ((2 * at[k] + 1) / (double)TOP - 1);
 }
 
 /* ---- Building ------------------------------------------------------------------------ */
 
 static bool grow_top(const builder *b, unsigned index, grown *g)
 {
-  cell top = {.half = ZS_CELLS_HALF / TOP};
+  const double half = b->sum->cells->half;
+  cell top = {.half = half / TOP};
   g->nodes = malloc(sizeof *g->nodes);
   g->count = g->capacity = 1;
-  top_middle(index, top.middle);
+  top_middle(half, index, top.middle);
   return g->nodes && grow(b, g, 0, &top, 0);
 }
 
@@ -195,6 +203,10 @@ zs_rbf_tree *zs_rbf_tree_new(const zs_rbf_sum *sum, unsigned threads)
       done = grow_top(&b, t, &tops[t]) && done;
   }
   zs_rbf_tree *tree = done ? join(tops) : NULL;
+  if (tree) {
+    tree->half = sum->cells->half;
+    tree->flat = sum->terms.flat;
+  }
   for (unsigned t = 0; tops && t < TOPS; t++)
     free(tops[t].nodes);
   free(tops);
@@ -247,7 +259,8 @@ static void ask(const zs_rbf_tree *tree, uint32_t index, const double middle[3],
     const double cell_lo = middle[k] - half, cell_hi = middle[k] + half;
     if ((double)hi[k] < cell_lo || (double)lo[k] > cell_hi)
       return;
-    within = within && (double)lo[k] <= cell_lo && (double)hi[k] >= cell_hi;
+    within = within && ((tree->flat && k == 2) ||
+                        ((double)lo[k] <= cell_lo && (double)hi[k] >= cell_hi));
   }
   if (n->lo >= result[0] && n->hi <= result[1])
     return;
@@ -272,14 +285,14 @@ void zs_rbf_tree_bounds(const zs_rbf_tree *tree, const float lo[3], const float 
 {
   result[0] = result[1] = NAN;
   for (int k = 0; k < 3; k++)
-    if (!(lo[k] <= hi[k] && (double)lo[k] >= -ZS_CELLS_HALF && (double)hi[k] <= ZS_CELLS_HALF))
+    if (!(lo[k] <= hi[k] && (double)lo[k] >= -tree->half && (double)hi[k] <= tree->half))
       return;
   result[0] = INFINITY;
   result[1] = -INFINITY;
   for (unsigned t = 0; t < TOPS; t++) {
     double middle[3];
-    top_middle(t, middle);
-    ask(tree, t, middle, ZS_CELLS_HALF / TOP, lo, hi, result);
+    top_middle(tree->half, t, middle);
+    ask(tree, t, middle, tree->half / TOP, lo, hi, result);
   }
   if (isinf(result[0]) || isinf(result[1]))
     result[0] = result[1] = NAN;

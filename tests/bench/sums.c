@@ -33,7 +33,7 @@ static bench_span job_compile(void *context)
   zs_rbf_sum_free(w->sum);
   w->field = NULL;
   const bench_span begun = bench_now();
-  w->sum = zs_rbf_sum_new(w->rbf, NULL, ZS_RBF_ACCURACY, 2);
+  w->sum = zs_rbf_sum_new(w->rbf, 3, NULL, ZS_RBF_ACCURACY, 2);
   const bench_span span = bench_since(begun, w->sum != NULL);
   zs_compiler *compiler = w->sum ? zs_compiler_new(NULL, NULL, bench_diag()) : NULL;
   if (!compiler)

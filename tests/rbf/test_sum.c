@@ -58,8 +58,8 @@ static const double slice[2] = {0.1, -0.2};
 
 static zs_rbf_sum *sum_of(const zs_rbf *rbf, unsigned threads)
 {
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension > 3 ? slice : NULL, ZS_RBF_ACCURACY,
-                                   threads);
+  zs_rbf_sum *sum =
+    zs_rbf_sum_new(rbf, rbf->dimension < 3 ? 2 : 3, slice, ZS_RBF_ACCURACY, threads);
   assert_non_null(sum);
   return sum;
 }
@@ -150,6 +150,51 @@ static void blocks_follow_the_definition(void **state)
                           : fabs((double)found - expected) < 3e-4 * size);
           }
         }
+      }
+    }
+    zs_rbf_sum_free(sum);
+    zs_rbf_free(rbf);
+  }
+}
+
+/* Slices of fits seen from the plane: cell by cell, within bounds, and far from the fit. */
+static void sums_in_the_plane_follow_the_fit(void **state)
+{
+  (void)state;
+  static const double beyond[3] = {0.15, -0.1, 0.2}, sizes[] = {0.6, 4, 19};
+  uint64_t seed = 6;
+  for (unsigned dimension = 2; dimension <= ZS_RBF_MAXIMUM_DIMENSION; dimension++) {
+    zs_rbf *rbf = sphere_fit(dimension, ZS_RBF_R3, 300, dimension);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2, beyond, ZS_RBF_ACCURACY, 2);
+    assert_non_null(sum);
+    const float lo[3] = {-19, -19, 0}, hi[3] = {19, 19, 0};
+    const void *inside = zs_rbf_sum_restricted(sum, lo, hi, NULL);
+    assert_ptr_not_equal(inside, sum);
+    for (size_t size = 0; size < sizeof sizes / sizeof *sizes; size++) {
+      static rows in[3], out;
+      for (int i = 0; i < ZS_BLOCK; i++) {
+        in[0].row[0][i] = (float)random_between(&seed, -sizes[size], sizes[size]);
+        in[1].row[0][i] = (float)random_between(&seed, -sizes[size], sizes[size]);
+        in[2].row[0][i] = 0;
+      }
+      zs_block_arguments a = {.data = inside, .n = ZS_BLOCK,
+                              .in = {in[0].row[0], in[1].row[0], in[2].row[0]},
+                              .out = out.row[0]};
+      zs_rbf_sum_operation(ZS_RBF_R3)->kernels[zs_isa_select()]->value(&a);
+      for (int i = 0; i < ZS_BLOCK; i++) {
+        double x[ZS_RBF_MAXIMUM_DIMENSION];
+        float box[2][3], f[2];
+        for (unsigned k = 0; k < dimension; k++)
+          x[k] = k < 2 ? rbf->centre[k] + rbf->size * (double)in[k].row[0][i] : beyond[k - 2];
+        const double expected = zs_rbf_value(rbf, x);
+        assert_true(fabs((double)out.row[0][i] - expected) < 5e-6 * (1 + fabs(expected)));
+        for (int k = 0; k < 3; k++) {
+          const float half = k < 2 ? 0.01f : 0;
+          box[0][k] = in[k].row[0][i] - half;
+          box[1][k] = in[k].row[0][i] + half;
+        }
+        zs_rbf_tree_bounds(sum->tree, box[0], box[1], f);
+        assert_true((double)f[0] <= expected && expected <= (double)f[1]);
       }
     }
     zs_rbf_sum_free(sum);
@@ -348,7 +393,7 @@ static void accuracy_is_kept(void **state)
   zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 300, 6);
   size_t before = SIZE_MAX;
   for (size_t a = 0; a < sizeof accuracies / sizeof *accuracies; a++) {
-    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, NULL, accuracies[a], 2);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 3, NULL, accuracies[a], 2);
     assert_non_null(sum);
     uint64_t seed = 5;
     for (int i = 0; i < 300; i++) {
@@ -480,6 +525,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(blocks_follow_the_definition),
+    cmocka_unit_test(sums_in_the_plane_follow_the_fit),
     cmocka_unit_test(blocks_work_in_place),
     cmocka_unit_test(sums_equal_fits),
     cmocka_unit_test(bounds_hold_samples),
