@@ -66,7 +66,7 @@ check_words() {
 
 # All but the rows whose fits take seconds.
 run_case "every row has the right answer" \
-  smoke rings spheres menger gyroid twisted gear load "render c" fit
+  smoke rings spheres menger gyroid twisted gear load "render c" fit sum
 run_case "every section is there" check_rows
 run_case "a formula in operations is read" check_vm
 run_case "what cannot be run is a failure" check_failure
