@@ -294,6 +294,11 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
     uint64_t key[2];
     key_of(&r, key);
     fit = zs_cache_find(cache, key, &zs_variational_fit_type);
+    /* A file of fits can say what it likes: what is not of this shape is not this fit. */
+    if (fit && fit->rbf->dimension != r.dimension + r.extra) {
+      zs_variational_fit_unref(fit);
+      fit = NULL;
+    }
     if (!fit) {
       fit = make(&r, key, control, diag);
       /* What cannot be remembered is only made again. */

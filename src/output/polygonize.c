@@ -369,7 +369,7 @@ zs_mesh *zs_polygonize(zs_field *field, const zs_grid *grid, const zs_mesh_optio
                              .diag = diag,
                              .cap = options->cap,
                              .normals = options->normals,
-                             .creases = options->creases,
+                             .creases = options->creases && options->method == ZS_MESH_CONTOUR,
                              .features = options->method == ZS_MESH_FEATURES,
                              .threads = zs_control_threads(control)};
   set_lattice(job, grid, options->tolerance);
