@@ -347,8 +347,8 @@ typedef enum zs_sample_type {
   ZS_SAMPLE_F64 = 3
 } zs_sample_type;
 
-/* Sample straight into a volume file: .vti .nrrd .mhd .raw by the name's
- * ending.  VALUE is written as f32 or f64, INSIDE as any type. */
+/* Sample straight into a volume file: .vti .nrrd .mhd .nii .nii.gz .raw by the
+ * name's ending.  VALUE is written as f32 or f64, INSIDE as any type. */
 ZS_API bool zs_voxelize_file(zs_field *field, const zs_grid *grid, zs_quantity quantity,
                              zs_sample_type type, const char *path, uint64_t *inside,
                              const zs_control *control, zs_job_report *report, zs_diag *diag);

@@ -5,8 +5,11 @@ zs_sources += \
   src/base/diagnostic.h \
   src/base/expression.c \
   src/base/expression.h \
+  src/base/key.h \
   src/base/names.c \
   src/base/names.h \
   src/base/output.c \
   src/base/output.h \
-  src/base/version.c
+  src/base/version.c \
+  src/base/xml.c \
+  src/base/xml.h

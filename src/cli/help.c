@@ -18,9 +18,9 @@ const cli_command cli_commands[] = {
    "manifold and oriented; where the box cuts the solid, a cap closes it.",
    (const char *const[]){".stl", ".ply", ".obj", ".off", ".om", NULL}, cli_mesh},
   {"voxel", CLI_VOXEL, "SCENE -o FILE", "sample the field into a volume",
-   "The format follows the name's ending: .vti, .nrrd, .mhd or .raw.  Samples sit at the centres "
-   "of the cells.  The volume is written layer by layer and may be larger than memory.",
-   (const char *const[]){".vti", ".nrrd", ".mhd", ".raw", NULL}, cli_voxel},
+   "The format follows the name's ending: .vti, .nrrd, .mhd, .nii, .nii.gz or .raw.  Samples sit "
+   "at the centres of the cells.  The volume is written layer by layer and may be larger than memory.",
+   (const char *const[]){".vti", ".nrrd", ".mhd", ".nii", ".nii.gz", ".raw", NULL}, cli_voxel},
   {"render", CLI_RENDER, "SCENE -o FILE", "draw a picture of the solid",
    "Writes a PNG file.",
    (const char *const[]){".png", NULL}, cli_render},

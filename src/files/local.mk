@@ -4,6 +4,7 @@ zs_sources += \
   src/files/gray.h \
   src/files/image.c \
   src/files/image.h \
+  src/files/nifti.h \
   src/files/number.c \
   src/files/number.h \
   src/files/points.c \
@@ -13,4 +14,12 @@ zs_sources += \
   src/files/text_file.c \
   src/files/text_file.h \
   src/files/volume.c \
-  src/files/volume.h
+  src/files/volume.h \
+  src/files/volume_data.c \
+  src/files/volume_input.h \
+  src/files/volume_meta.c \
+  src/files/volume_nifti.c \
+  src/files/volume_nrrd.c \
+  src/files/volume_read.c \
+  src/files/volume_read.h \
+  src/files/volume_vti.c

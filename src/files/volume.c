@@ -1,5 +1,6 @@
 #include "files/volume.h"
 
+#include "files/nifti.h"
 #include "files/number.h"
 
 #include <errno.h>
@@ -7,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <zlib.h>
 
 static const struct {
   const char *ending;
@@ -14,27 +16,33 @@ static const struct {
 } formats[] = {{".vti", ZS_VOLUME_VTI},
                {".nrrd", ZS_VOLUME_NRRD},
                {".mhd", ZS_VOLUME_MHD},
+               {".nii", ZS_VOLUME_NIFTI},
+               {".nii.gz", ZS_VOLUME_NIFTI_GZIP},
                {".raw", ZS_VOLUME_RAW}};
 
 /* The sample types by zs_sample_type, as the formats call them. */
 static const struct {
   size_t size;
   const char *vti, *nrrd, *mhd;
-} types[] = {{1, "UInt8", "uint8", "MET_UCHAR"},
-             {2, "Int16", "int16", "MET_SHORT"},
-             {4, "Float32", "float", "MET_FLOAT"},
-             {8, "Float64", "double", "MET_DOUBLE"}};
+  unsigned nifti;
+} types[] = {{1, "UInt8", "uint8", "MET_UCHAR", 2},
+             {2, "Int16", "int16", "MET_SHORT", 4},
+             {4, "Float32", "float", "MET_FLOAT", 16},
+             {8, "Float64", "double", "MET_DOUBLE", 64}};
 
 bool zs_volume_format_of(const char *path, zs_volume_format *format, zs_diag *diag)
 {
-  const char *ending = strrchr(path, '.');
-  for (size_t i = 0; ending && i < sizeof formats / sizeof *formats; i++)
-    if (!strcasecmp(ending, formats[i].ending)) {
+  const size_t length = strlen(path);
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
+    const size_t n = strlen(formats[i].ending);
+    if (length >= n && !strcasecmp(path + length - n, formats[i].ending)) {
       *format = formats[i].format;
       return true;
     }
+  }
   return zs_fail(diag, ZS_ERROR_ARGUMENT, path,
-                 "unknown kind of volume file; expected a name.vti, .nrrd, .mhd or .raw");
+                 "unknown kind of volume file; expected a name.vti, .nrrd, .mhd, .nii, .nii.gz or "
+                 ".raw");
 }
 
 size_t zs_sample_size(zs_sample_type type)
@@ -76,12 +84,25 @@ static bool note(zs_volume_writer *writer, bool good)
   return good;
 }
 
-/* The 8 bytes of a number, low ones first. */
+/* Low bytes first, on every machine. */
+static void store(unsigned char *out, uint64_t bits, size_t size)
+{
+  for (size_t i = 0; i < size; i++)
+    out[i] = (unsigned char)(bits >> (8 * i));
+}
+
+static void store_float(unsigned char *out, double number)
+{
+  const float single = (float)number;
+  uint32_t bits;
+  memcpy(&bits, &single, sizeof bits);
+  store(out, bits, sizeof bits);
+}
+
 static bool write_length(FILE *stream, uint64_t length)
 {
   unsigned char bytes[8];
-  for (int i = 0; i < 8; i++)
-    bytes[i] = (unsigned char)(length >> (8 * i));
+  store(bytes, length, sizeof bytes);
   return fwrite(bytes, 1, sizeof bytes, stream) == sizeof bytes;
 }
 
@@ -157,6 +178,97 @@ static bool mhd_header(FILE *stream, const zs_grid *grid, zs_sample_type type,
                  grid->count[1], grid->count[2], types[type].mhd, data_name) > 0;
 }
 
+/* All of a NIfTI-1 file before its samples. */
+static void nifti_header(unsigned char h[ZS_NIFTI_DATA], const zs_grid *grid, zs_sample_type type,
+                         const char *name)
+{
+  enum { SCANNER = 1, AXES = 3 };
+  double origin[3];
+  first_sample(grid, origin);
+  memset(h, 0, ZS_NIFTI_DATA);
+  store(h + ZS_NIFTI_SIZEOF_HDR, ZS_NIFTI_HEADER, 4);
+  store(h + ZS_NIFTI_DATATYPE, types[type].nifti, 2);
+  store(h + ZS_NIFTI_BITPIX, 8 * types[type].size, 2);
+  store_float(h + ZS_NIFTI_VOX_OFFSET, ZS_NIFTI_DATA);
+  store_float(h + ZS_NIFTI_SCL_SLOPE, 1);
+  store(h + ZS_NIFTI_QFORM_CODE, SCANNER, 2); /* its quaternion of zeros turns nothing */
+  store(h + ZS_NIFTI_SFORM_CODE, SCANNER, 2);
+  store_float(h + ZS_NIFTI_PIXDIM, 1);
+  store(h + ZS_NIFTI_DIM, AXES, 2);
+  for (size_t k = 0; k < 7; k++)
+    store(h + ZS_NIFTI_DIM + 2 * (k + 1), k < AXES ? grid->count[k] : 1, 2);
+  for (size_t k = 0; k < AXES; k++) {
+    store_float(h + ZS_NIFTI_PIXDIM + 4 * (k + 1), grid->cell[k]);
+    store_float(h + ZS_NIFTI_QOFFSET + 4 * k, origin[k]);
+    store_float(h + ZS_NIFTI_SROW + 20 * k, grid->cell[k]);
+    store_float(h + ZS_NIFTI_SROW + 16 * k + 12, origin[k]);
+  }
+  snprintf((char *)h + ZS_NIFTI_DESCRIP, 80, "%s", name);
+  memcpy(h + ZS_NIFTI_MAGIC, "n+1", 4);
+}
+
+/* Bytes to the file, through the packer if there is one; `flush` is one of zlib's. */
+static bool write_packed(zs_volume_writer *writer, const void *bytes, size_t count, int flush)
+{
+  FILE *stream = writer->data.stream;
+  z_stream *z = writer->packer;
+  if (!z)
+    return fwrite(bytes, 1, count, stream) == count;
+  unsigned char packed[1 << 15];
+  z->next_in = (z_const Bytef *)bytes;
+  z->avail_in = (uInt)count;
+  do {
+    z->next_out = packed;
+    z->avail_out = sizeof packed;
+    deflate(z, flush);
+    const size_t n = sizeof packed - z->avail_out;
+    if (fwrite(packed, 1, n, stream) != n)
+      return false;
+  } while (z->avail_out == 0);
+  return true;
+}
+
+static void close_packer(zs_volume_writer *writer)
+{
+  if (writer->packer)
+    deflateEnd(writer->packer);
+  free(writer->packer);
+  writer->packer = NULL;
+}
+
+static bool open_packer(zs_volume_writer *writer, zs_diag *diag)
+{
+  enum { GZIP = 15 + 16, MEMORY = 8 };
+  z_stream *z = calloc(1, sizeof *z);
+  if (z && deflateInit2(z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, GZIP, MEMORY,
+                        Z_DEFAULT_STRATEGY) == Z_OK) {
+    writer->packer = z;
+    return true;
+  }
+  free(z);
+  return zs_fail_memory(diag);
+}
+
+static bool open_nifti(zs_volume_writer *writer, const char *path, const zs_grid *grid,
+                       const char *name, zs_diag *diag)
+{
+  unsigned char header[ZS_NIFTI_DATA];
+  for (int k = 0; k < 3; k++)
+    if (grid->count[k] > INT16_MAX)
+      return zs_fail(diag, ZS_ERROR_ARGUMENT, path,
+                     "%u samples along an axis are more than the %d that NIfTI-1 can have",
+                     grid->count[k], INT16_MAX);
+  if (!zs_output_open(&writer->data, path, diag))
+    return false;
+  if (writer->format == ZS_VOLUME_NIFTI_GZIP && !open_packer(writer, diag)) {
+    zs_output_discard(&writer->data);
+    return false;
+  }
+  nifti_header(header, grid, writer->type, name);
+  note(writer, write_packed(writer, header, sizeof header, Z_NO_FLUSH));
+  return true;
+}
+
 /* The name.raw that belongs to name.mhd, for free(); NULL when memory is out. */
 static char *raw_path(const char *path)
 {
@@ -192,6 +304,8 @@ bool zs_volume_open(zs_volume_writer *writer, const char *path, const zs_grid *g
     return false;
   if (writer->format == ZS_VOLUME_MHD)
     return open_mhd(writer, path, grid, diag);
+  if (writer->format == ZS_VOLUME_NIFTI || writer->format == ZS_VOLUME_NIFTI_GZIP)
+    return open_nifti(writer, path, grid, name, diag);
   if (!zs_output_open(&writer->data, path, diag))
     return false;
   FILE *stream = writer->data.stream;
@@ -204,13 +318,6 @@ bool zs_volume_open(zs_volume_writer *writer, const char *path, const zs_grid *g
 
 /* ---- Samples ------------------------------------------------------------------ */
 
-/* Low bytes first, on every machine. */
-static void store(unsigned char *out, uint64_t bits, size_t size)
-{
-  for (size_t i = 0; i < size; i++)
-    out[i] = (unsigned char)(bits >> (8 * i));
-}
-
 /* Round to an integer in lo..hi; NaN gives 0. */
 static int64_t integer(double number, double lo, double hi)
 {
@@ -222,8 +329,6 @@ static int64_t integer(double number, double lo, double hi)
 static void encode(unsigned char *out, double number, zs_sample_type type)
 {
   uint64_t wide;
-  uint32_t narrow;
-  float single = (float)number;
   switch (type) {
   case ZS_SAMPLE_U8:
     out[0] = (unsigned char)integer(number, 0, UINT8_MAX);
@@ -232,8 +337,7 @@ static void encode(unsigned char *out, double number, zs_sample_type type)
     store(out, (uint64_t)integer(number, INT16_MIN, INT16_MAX), 2);
     break;
   case ZS_SAMPLE_F32:
-    memcpy(&narrow, &single, sizeof narrow);
-    store(out, narrow, sizeof narrow);
+    store_float(out, number);
     break;
   case ZS_SAMPLE_F64:
     memcpy(&wide, &number, sizeof wide);
@@ -246,8 +350,7 @@ enum { CHUNK = 4096 /* samples converted at a time */ };
 
 static bool write_chunk(zs_volume_writer *writer, const unsigned char *bytes, size_t count)
 {
-  size_t size = types[writer->type].size;
-  return note(writer, fwrite(bytes, size, count, writer->data.stream) == count);
+  return note(writer, write_packed(writer, bytes, count * types[writer->type].size, Z_NO_FLUSH));
 }
 
 bool zs_volume_write_floats(zs_volume_writer *writer, const float *samples, size_t count)
@@ -282,6 +385,7 @@ bool zs_volume_write_bytes(zs_volume_writer *writer, const uint8_t *samples, siz
 
 void zs_volume_discard(zs_volume_writer *writer)
 {
+  close_packer(writer);
   zs_output_discard(&writer->data);
   if (writer->format == ZS_VOLUME_MHD)
     zs_output_discard(&writer->header);
@@ -314,6 +418,9 @@ static bool flush(zs_volume_writer *writer)
     return false;
   if (writer->format == ZS_VOLUME_VTI)
     note(writer, fputs("\n  </AppendedData>\n</VTKFile>\n", stream) != EOF);
+  if (writer->packer)
+    note(writer, write_packed(writer, NULL, 0, Z_FINISH));
+  close_packer(writer);
   note(writer, !fflush(stream));
   if (writer->format == ZS_VOLUME_MHD)
     note(writer, !fflush(writer->header.stream));

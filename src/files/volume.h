@@ -1,5 +1,6 @@
 /* Volume files, written sample by sample: .vti (VTK image data), .nrrd, .mhd
- * with its .raw, and plain .raw.  All are little-endian, x fastest. */
+ * with its .raw, .nii (NIfTI-1), packed as .nii.gz, and plain .raw.  All are
+ * little-endian, x fastest. */
 #ifndef ZS_VOLUME_H
 #define ZS_VOLUME_H
 
@@ -9,6 +10,8 @@ typedef enum zs_volume_format {
   ZS_VOLUME_VTI,
   ZS_VOLUME_NRRD,
   ZS_VOLUME_MHD,
+  ZS_VOLUME_NIFTI,
+  ZS_VOLUME_NIFTI_GZIP,
   ZS_VOLUME_RAW
 } zs_volume_format;
 
@@ -24,6 +27,7 @@ typedef struct zs_volume_writer {
   zs_sample_type type;
   zs_output data;   /* samples, with the header where that is the same file */
   zs_output header; /* of .mhd */
+  void *packer;     /* of .nii.gz */
   int error;        /* errno of the first write that failed, or 0 */
 } zs_volume_writer;
 

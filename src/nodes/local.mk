@@ -30,6 +30,9 @@ zs_sources += \
   src/nodes/polygon.c \
   src/nodes/rectangle.c \
   src/nodes/revolve.c \
+  src/nodes/sample.c \
+  src/nodes/sampled.c \
+  src/nodes/sampled.h \
   src/nodes/scale_value.c \
   src/nodes/set.c \
   src/nodes/shell.c \
@@ -45,4 +48,5 @@ zs_sources += \
   src/nodes/variational_fit.c \
   src/nodes/variational_parts.c \
   src/nodes/variational_plane.c \
-  src/nodes/variational_warp.c
+  src/nodes/variational_warp.c \
+  src/nodes/volume.c

@@ -2,6 +2,7 @@
  * all that it depends on. */
 #include "nodes/variational.h"
 
+#include "base/key.h"
 #include "field/program.h"
 #include "rbf/greedy.h"
 #include "rbf/normals.h"
@@ -84,19 +85,10 @@ const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum)
 
 /* ---- Keys ---------------------------------------------------------------------------- */
 
-/* Mix some numbers into a key: two chains of multiplications by odd constants
- * (of the golden ratio and of splitmix64), each word spread over all bits. */
+/* Mix some numbers into a key. */
 static void mix(uint64_t key[2], const double *numbers, size_t count)
 {
-  static const uint64_t factor[2] = {UINT64_C(0x9e3779b97f4a7c15), UINT64_C(0xbf58476d1ce4e5b9)};
-  for (size_t i = 0; i < count; i++) {
-    uint64_t bits;
-    memcpy(&bits, &numbers[i], sizeof bits);
-    for (int k = 0; k < 2; k++) {
-      key[k] = (key[k] ^ bits) * factor[k];
-      key[k] ^= key[k] >> 29;
-    }
-  }
+  zs_key_add(key, numbers, count * sizeof *numbers);
 }
 
 static zs_rbf_kernel kernel_of(const request *r)

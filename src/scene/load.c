@@ -417,7 +417,8 @@ static void collect_include(zs_scene *scene, zs_file *file, const zs_element *el
       return; /* what it defines is known already */
     }
   }
-  read->root = zs_xml_parse(&read->source, scene->options.maximum_depth, &scene->arena, diag);
+  read->root = zs_xml_parse(&read->source, &zs_xml_scene, scene->options.maximum_depth,
+                            &scene->arena, diag);
   if (!read->root)
     return;
   append_file(scene, read);
@@ -637,8 +638,8 @@ static zs_scene *finish(zs_scene *scene, zs_file *file, zs_diag *diag)
 {
   zs_gate gate;
   zs_gate_open(&gate, diag, &scene->warned);
-  file->root =
-    zs_xml_parse(&file->source, scene->options.maximum_depth, &scene->arena, &gate.diag);
+  file->root = zs_xml_parse(&file->source, &zs_xml_scene, scene->options.maximum_depth,
+                            &scene->arena, &gate.diag);
   if (file->root) {
     append_file(scene, file);
     collect(scene, file, &gate.diag);

@@ -11,6 +11,4 @@ zs_sources += \
   src/scene/scene.h \
   src/scene/store.c \
   src/scene/tree.h \
-  src/scene/value.c \
-  src/scene/xml.c \
-  src/scene/xml.h
+  src/scene/value.c

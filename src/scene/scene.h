@@ -3,10 +3,10 @@
 #define ZS_SCENE_H
 
 #include "base/names.h"
+#include "base/xml.h"
 #include "scene/document.h"
 #include "scene/gate.h"
 #include "scene/tree.h"
-#include "scene/xml.h"
 
 /* One scene file.  Files are linked in the order in which they were read. */
 typedef struct zs_file {

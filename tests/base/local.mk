@@ -13,3 +13,6 @@ tests_base_test_expression_SOURCES = tests/base/test_expression.c tests/comma_lo
 
 zs_tests += tests/base/test_output
 tests_base_test_output_SOURCES = tests/base/test_output.c
+
+zs_tests += tests/base/test_xml
+tests_base_test_xml_SOURCES = tests/base/test_xml.c tests/scene/print.h tests/random.h

@@ -154,8 +154,9 @@ static const char *value_of_type(const zs_attribute *attribute)
     return attribute->choices[0];
   case ZS_BOOLEAN:
     return "true";
-  case ZS_TEXT:
   case ZS_FILE:
+    return "Makefile"; /* of the build folder: a file that is there */
+  case ZS_TEXT:
   case ZS_FORMULA:
     break;
   }

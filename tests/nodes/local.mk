@@ -1,4 +1,5 @@
 zs_tests += \
+  tests/nodes/test_data \
   tests/nodes/test_fits \
   tests/nodes/test_formulas \
   tests/nodes/test_kinds \
@@ -23,3 +24,5 @@ tests_nodes_test_parts_SOURCES = \
   tests/nodes/test_parts.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_fits_SOURCES = \
   tests/nodes/test_fits.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_data_SOURCES = \
+  tests/nodes/test_data.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

@@ -3,9 +3,6 @@ EXTRA_DIST += tests/scene/broken
 zs_tests += tests/scene/test_broken
 tests_scene_test_broken_SOURCES = tests/scene/test_broken.c tests/scene/print.h
 
-zs_tests += tests/scene/test_xml
-tests_scene_test_xml_SOURCES = tests/scene/test_xml.c tests/scene/print.h tests/random.h
-
 zs_tests += tests/scene/test_expand
 tests_scene_test_expand_SOURCES = tests/scene/test_expand.c tests/scene/print.h \
   tests/comma_locale.h tests/random.h

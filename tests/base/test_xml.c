@@ -1,5 +1,5 @@
 /* The XML layer: exact places of everything, in documents made at random. */
-#include "scene/xml.h"
+#include "base/xml.h"
 
 #include "../random.h"
 
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "print.h"
+#include "../scene/print.h"
 
 #include <cmocka.h>
 
@@ -144,7 +144,7 @@ static void test_places_in_random_documents(void **state)
     zs_arena arena = {0};
     printed p = {.length = 0};
     zs_diag diag = {.report = print_diagnostic, .context = &p};
-    const zs_element *root = zs_xml_parse(&source, 256, &arena, &diag);
+    const zs_element *root = zs_xml_parse(&source, &zs_xml_scene, 256, &arena, &diag);
     if (!root)
       fail_msg("%s in\n%.*s", p.text, (int)w.length, w.text);
     size_t index = 0;
@@ -166,7 +166,7 @@ static const zs_element *parse(const char *text, zs_source *source, zs_arena *ar
   p.length = 0;
   zs_diag diag = {.report = print_diagnostic, .context = &p};
   *source = (zs_source){.name = "x.xml", .text = text, .length = strlen(text)};
-  const zs_element *root = zs_xml_parse(source, 256, arena, &diag);
+  const zs_element *root = zs_xml_parse(source, &zs_xml_scene, 256, arena, &diag);
   if (!root)
     fail_msg("%s", p.text);
   return root;
@@ -282,7 +282,7 @@ static void test_depth(void **state)
       zs_source source = {.name = "x.xml", .text = text, .length = (size_t)(at - text)};
       zs_arena arena = {0};
       zs_diag diag = {0};
-      const zs_element *root = zs_xml_parse(&source, limit, &arena, &diag);
+      const zs_element *root = zs_xml_parse(&source, &zs_xml_scene, limit, &arena, &diag);
       assert_true((root != NULL) == (depth <= limit));
       assert_int_equal(diag.errors, root ? 0 : 1);
       zs_arena_free(&arena);
@@ -305,7 +305,7 @@ static void test_truncated(void **state)
     zs_source source = {.name = "x.xml", .text = copy, .length = length};
     zs_arena arena = {0};
     zs_diag diag = {0};
-    assert_null(zs_xml_parse(&source, 256, &arena, &diag));
+    assert_null(zs_xml_parse(&source, &zs_xml_scene, 256, &arena, &diag));
     assert_int_equal(diag.errors, 1);
     zs_arena_free(&arena);
     free(copy);
@@ -325,7 +325,7 @@ static void test_bad_bytes(void **state)
       zs_diag diag = {.report = print_diagnostic, .context = &p};
       zs_source source = {.name = "x.xml", .text = text, .length = sizeof text - 1};
       zs_arena arena = {0};
-      assert_null(zs_xml_parse(&source, 256, &arena, &diag));
+      assert_null(zs_xml_parse(&source, &zs_xml_scene, 256, &arena, &diag));
       char expected[128];
       snprintf(expected, sizeof expected, "x.xml:1:%u: error: %s\n", at + 1,
                bad ? "not valid UTF-8" : "not a text file: it contains a zero byte");

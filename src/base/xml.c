@@ -3,8 +3,9 @@
  * libxml2's line numbers are sixteen bits wide and it has none for values.
  *
  * Nothing is ever fetched or expanded.  A document type declaration, where
- * entities would be declared, is an error before it is read. */
-#include "scene/xml.h"
+ * entities would be declared, is an error before it is read, unless the language
+ * lets it name a document type and nothing more. */
+#include "base/xml.h"
 
 #include "base/names.h"
 
@@ -23,6 +24,7 @@ typedef struct cursor {
 typedef struct reader {
   xmlParserCtxtPtr context;
   const zs_source *source;
+  const zs_xml_language *language;
   zs_arena *arena;
   zs_diag *diag;
   uint32_t maximum_depth, depth;
@@ -32,6 +34,8 @@ typedef struct reader {
   zs_element *root, *open;
   bool stopped; /* an error has been reported */
 } reader;
+
+const zs_xml_language zs_xml_scene = {.name_space = ZS_NAMESPACE, .root = "scene"};
 
 static const char BYTE_ORDER_MARK[] = "\xEF\xBB\xBF";
 
@@ -324,9 +328,9 @@ static const char *intern(reader *r, const xmlChar *name)
   return copy && zs_names_add(&r->names, r->arena, copy, length, 0) ? copy : NULL;
 }
 
-static bool is_ours(const xmlChar *uri)
+static bool is_ours(const reader *r, const xmlChar *uri)
 {
-  return !uri || strcmp((const char *)uri, ZS_NAMESPACE) == 0;
+  return !uri || strcmp((const char *)uri, r->language->name_space) == 0;
 }
 
 /* A copy of a value.  libxml2 leaves '&' as "&#38;" when it expands no
@@ -379,7 +383,7 @@ static bool add_attributes(reader *r, zs_element *element, size_t at, int count,
     while (w.declaration)
       w = next_written(r->source->text, end_of_value(r->source->text, w.value));
     at = end_of_value(r->source->text, w.value);
-    if (entry[1] && !is_ours(entry[2]))
+    if (entry[1] && !is_ours(r, entry[2]))
       continue;
     zs_xml_attribute *a = &element->attributes[element->attribute_count++];
     a->name = intern(r, entry[0]);
@@ -398,11 +402,11 @@ static bool add_attributes(reader *r, zs_element *element, size_t at, int count,
   return true;
 }
 
-static void stop_at_element(reader *r, const zs_element *element, const char *format,
-                            const char *word)
+static void stop_for_namespace(reader *r, const zs_element *element, const char *name)
 {
   zs_place place = zs_element_place(element);
-  zs_report(r->diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL, format, word);
+  zs_report(r->diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL,
+            "namespace '%s' is not known; expected '%s'", name, r->language->name_space);
   stop(r);
 }
 
@@ -438,7 +442,7 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
   if (r->stopped)
     return;
   r->depth++;
-  bool foreign = !is_ours(uri);
+  bool foreign = !is_ours(r, uri);
   if (r->foreign || (foreign && r->open)) {
     if (!r->foreign)
       r->foreign = r->depth;
@@ -458,8 +462,7 @@ static void on_start(void *data, const xmlChar *name, const xmlChar *prefix, con
   *element = (zs_element){.name = word, .source = r->source, .parent = r->open,
                           .line = r->cursor.line, .column = r->cursor.column};
   if (foreign) {
-    stop_at_element(r, element, "namespace '%s' is not known; expected '" ZS_NAMESPACE "'",
-                    (const char *)uri);
+    stop_for_namespace(r, element, (const char *)uri);
     return;
   }
   if (r->depth > r->maximum_depth) {
@@ -586,10 +589,15 @@ static void on_document_type(void *data, const xmlChar *name, const xmlChar *ext
 {
   (void)name, (void)external, (void)system;
   reader *r = ((xmlParserCtxtPtr)data)->_private;
-  if (r->stopped)
+  const size_t at = position(r);
+  const bool declares = at < r->source->length && r->source->text[at] == '[';
+  if (r->stopped || (r->language->document_type && !declares))
     return;
-  report_at(r, last_before(r, position(r), '<'), NULL,
-            "a document type declaration is not allowed: scenes have no entities%s", "");
+  report_at(r, last_before(r, at, '<'), NULL,
+            declares && r->language->document_type
+              ? "a document type declaration that declares something is not allowed%s"
+              : "a document type declaration is not allowed: scenes have no entities%s",
+            "");
   stop(r);
 }
 
@@ -667,7 +675,7 @@ static bool check_text(reader *r)
 {
   const zs_source *source = r->source;
   if (is_blank(source->text, source->length) || (has_mark(source) && source->length == 3)) {
-    report_at(r, 0, NULL, "the file is empty; expected <scene>%s", "");
+    report_at(r, 0, NULL, "the file is empty; expected <%s>", r->language->root);
     return false;
   }
   const unsigned char *text = (const unsigned char *)source->text;
@@ -732,10 +740,10 @@ static zs_element *parse(reader *r)
   return complete ? r->root : NULL;
 }
 
-zs_element *zs_xml_parse(const zs_source *source, uint32_t maximum_depth, zs_arena *arena,
-                         zs_diag *diag)
+zs_element *zs_xml_parse(const zs_source *source, const zs_xml_language *language,
+                         uint32_t maximum_depth, zs_arena *arena, zs_diag *diag)
 {
-  reader r = {.source = source, .arena = arena, .diag = diag, .maximum_depth = maximum_depth,
+  reader r = {.source = source, .language = language, .arena = arena, .diag = diag, .maximum_depth = maximum_depth,
               .cursor = start_of(source)};
   if (source->length > INT_MAX) {
     report_at(&r, 0, NULL, "the file is larger than 2 GiB%s", "");

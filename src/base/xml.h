@@ -1,4 +1,4 @@
-/* A scene file as a light tree of elements that know where they stand. */
+/* An XML document as a light tree of elements that know where they stand. */
 #ifndef ZS_XML_H
 #define ZS_XML_H
 
@@ -8,6 +8,15 @@
 #include <stdint.h>
 
 #define ZS_NAMESPACE "urn:zeroset:scene:1"
+
+/* What kind of document is read. */
+typedef struct zs_xml_language {
+  const char *name_space;  /* what is in others is left out; elements in none are in it */
+  const char *root;        /* name of the root element, for messages */
+  bool document_type;      /* a document type declaration may name one, but declare nothing */
+} zs_xml_language;
+
+extern const zs_xml_language zs_xml_scene;
 
 /* Values are decoded: references replaced, line ends turned into spaces. */
 typedef struct zs_xml_attribute {
@@ -45,8 +54,8 @@ struct zs_element {
  * namespaces, comments and processing instructions are left out.  The tree
  * lives in the arena.  NULL after an error; there is no tree of a part of a
  * malformed document. */
-zs_element *zs_xml_parse(const zs_source *source, uint32_t maximum_depth, zs_arena *arena,
-                         zs_diag *diag);
+zs_element *zs_xml_parse(const zs_source *source, const zs_xml_language *language,
+                         uint32_t maximum_depth, zs_arena *arena, zs_diag *diag);
 
 zs_place zs_element_place(const zs_element *element);
 zs_xml_attribute *zs_element_attribute(const zs_element *element, const char *name);
