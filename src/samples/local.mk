@@ -1,9 +1,17 @@
 zs_sources += \
+  src/samples/picture.c \
+  src/samples/picture.h \
   src/samples/polygon.c \
   src/samples/polygon.h \
+  src/samples/raster.c \
+  src/samples/raster.h \
+  src/samples/raster_point.h \
+  src/samples/transform.c \
+  src/samples/transform.h \
   src/samples/voxels.c \
   src/samples/voxels.h
 
 zs_kernel_sources += \
   src/samples/polygon.kernel.c \
+  src/samples/raster.kernel.c \
   src/samples/voxels.kernel.c

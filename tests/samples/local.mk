@@ -1,2 +1,7 @@
-zs_tests += tests/samples/test_polygon
+zs_tests += \
+  tests/samples/test_picture \
+  tests/samples/test_polygon \
+  tests/samples/test_raster
+tests_samples_test_picture_SOURCES = tests/samples/test_picture.c tests/random.h
 tests_samples_test_polygon_SOURCES = tests/samples/test_polygon.c tests/random.h
+tests_samples_test_raster_SOURCES = tests/samples/test_raster.c tests/random.h

@@ -1,0 +1,65 @@
+/* A function sampled on layers of a lattice, interpolated between the samples: an
+ * operation on x, y and z.
+ *
+ * In a layer samples lie at whole x and y and are joined by the cubics of Catmull and
+ * Rom; layers lie at any heights and are joined by cubics whose slopes at a layer are
+ * those of the parabola through it and its neighbours.  f passes through every sample,
+ * and its derivatives are continuous.  Beyond the outermost samples in x and y f falls by
+ * the distance from there; above and below the layers it stays what it is on the last.
+ *
+ * Evaluating takes the same time everywhere, so that there is nothing to gain from a
+ * region of its own. */
+#ifndef ZS_RASTER_H
+#define ZS_RASTER_H
+
+#include "field/operation.h"
+
+enum { ZS_RASTER_LEVELS = 24 };
+
+/* The least and the greatest sample of each block of 4 x 4 x 1 samples, or with level l
+ * 2^l times as many each way. */
+typedef struct zs_raster_level {
+  uint32_t count[3];
+  float *least, *greatest;
+} zs_raster_level;
+
+/* Immutable when finished. */
+typedef struct zs_raster {
+  uint32_t count[3]; /* samples each way, at least 1; at least 2 in x and y */
+  size_t row, layer; /* strides: rows and columns are continued by one before and two after */
+  float *samples;    /* sample (x, y, z) is at zs_raster_sample */
+  float *heights;    /* of the layers, ascending */
+  bool linear;       /* straight from layer to layer instead */
+  double overshoot;  /* how far cubics across layers may leave the range of four, by its size */
+  unsigned level_count;
+  zs_raster_level levels[ZS_RASTER_LEVELS];
+} zs_raster;
+
+/* A raster of count[0] x count[1] x count[2] samples yet to be written; NULL when memory is
+ * out.  `heights` are copied; single precision must tell them apart. */
+zs_raster *zs_raster_new(const uint32_t count[3], const float *heights);
+void zs_raster_free(void *raster);
+
+static inline float *zs_raster_sample(const zs_raster *raster, size_t x, size_t y, size_t z)
+{
+  return raster->samples + z * raster->layer + (y + 1) * raster->row + x + 1;
+}
+
+/* To be called when all samples are written; false when memory is out. */
+bool zs_raster_finish(zs_raster *raster);
+
+/* f, and unless `slope` is NULL its derivatives by x, y and z. */
+double zs_raster_value(const zs_raster *raster, const double point[3], double slope[3]);
+
+/* Inputs x, y and z; data: a zs_raster that lives as long as the field. */
+extern const zs_operation zs_raster_operation;
+
+/* ---- For the kernels ------------------------------------------------------ */
+
+/* An enclosure of f over a box of finite numbers. */
+void zs_raster_bounds(const zs_raster *raster, const double lo[3], const double hi[3],
+                      float result[2]);
+
+ZS_DECLARE_KERNELS(zs_raster_kernels)
+
+#endif
