@@ -22,6 +22,9 @@ zs_sources += \
   src/rbf/fgmres.h \
   src/rbf/fit.c \
   src/rbf/fit.h \
+  src/rbf/flow.c \
+  src/rbf/flow.h \
+  src/rbf/flow_new.c \
   src/rbf/greedy.c \
   src/rbf/greedy.h \
   src/rbf/iterative.c \
@@ -54,6 +57,7 @@ zs_sources += \
 
 zs_kernel_sources += \
   src/rbf/cells.kernel.c \
+  src/rbf/flow.kernel.c \
   src/rbf/local.kernel.c \
   src/rbf/nodes.kernel.c \
   src/rbf/product.kernel.c \

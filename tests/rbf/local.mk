@@ -5,6 +5,7 @@ zs_tests += \
   tests/rbf/test_contour \
   tests/rbf/test_fast \
   tests/rbf/test_fit \
+  tests/rbf/test_flow \
   tests/rbf/test_greedy \
   tests/rbf/test_iterative \
   tests/rbf/test_normals \
@@ -20,3 +21,4 @@ tests_rbf_test_iterative_SOURCES = tests/rbf/test_iterative.c tests/rbf/clouds.h
 tests_rbf_test_normals_SOURCES = tests/rbf/test_normals.c tests/random.h
 tests_rbf_test_solvers_SOURCES = tests/rbf/test_solvers.c tests/random.h
 tests_rbf_test_sum_SOURCES = tests/rbf/test_sum.c tests/random.h
+tests_rbf_test_flow_SOURCES = tests/rbf/test_flow.c tests/random.h

@@ -1,0 +1,330 @@
+/* Flows: anchors are met at every s; few anchors and anchors on a line; bounds. */
+#define _POSIX_C_SOURCE 200809L /* setenv */
+
+#include "../random.h"
+
+#include "field/compiler.h"
+#include "field/program.h"
+#include "rbf/flow.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+enum { MOST_PATHS = 40, MOST_POINTS = 5 };
+
+typedef struct scene {
+  size_t count;
+  zs_flow_path paths[MOST_PATHS];
+  double points[MOST_PATHS][2 * MOST_POINTS];
+} scene;
+
+static scene *straight(const double (*ends)[4], size_t count)
+{
+  scene *s = calloc(1, sizeof *s);
+  assert_non_null(s);
+  s->count = count;
+  for (size_t i = 0; i < count; i++) {
+    memcpy(s->points[i], ends[i], sizeof ends[i]);
+    s->paths[i] = (zs_flow_path){2, s->points[i]};
+  }
+  return s;
+}
+
+/* Anchors on a jittered lattice, so that they do not come near to each other. */
+static scene *lattice(size_t count, size_t points, uint64_t *state)
+{
+  scene *s = calloc(1, sizeof *s);
+  assert_non_null(s);
+  s->count = count;
+  for (size_t i = 0; i < count; i++) {
+    for (size_t k = 0; k < points; k++) {
+      const double turn = 0.3 * (double)k, x = 10.0 * (double)(i % 6), y = 10.0 * (double)(i / 6);
+      s->points[i][2 * k] = x * cos(turn) - y * sin(turn) + random_between(state, -2, 2);
+      s->points[i][2 * k + 1] = x * sin(turn) + y * cos(turn) + random_between(state, -2, 2);
+    }
+    s->paths[i] = (zs_flow_path){points, s->points[i]};
+  }
+  return s;
+}
+
+static zs_flow *make(const scene *s, zs_flow_way way)
+{
+  zs_flow *flow;
+  assert_int_equal(zs_flow_new(&flow, s->paths, s->count, way, NULL), ZS_FLOW_DONE);
+  assert_non_null(flow);
+  return flow;
+}
+
+/* The displacement in the caller's units. */
+static void displacement(const zs_flow *flow, const double p[2], double s, double by[2])
+{
+  const double at[3] = {(p[0] - flow->middle[0]) / flow->size,
+                        (p[1] - flow->middle[1]) / flow->size, s};
+  for (int c = 0; c < 2; c++)
+    by[c] = flow->size * zs_flow_value(flow, c, at, NULL);
+}
+
+/* Straight paths: the displacement of each anchor, wherever it is, is all of its way. */
+static void check_anchors(const scene *s)
+{
+  zs_flow *flow = make(s, ZS_FLOW_COME);
+  for (size_t i = 0; i < s->count; i++)
+    for (int k = 0; k <= 100; k++) {
+      const double t = k / 100.0, *p = s->points[i];
+      const double at[2] = {(1 - t) * p[0] + t * p[2], (1 - t) * p[1] + t * p[3]};
+      double by[2];
+      displacement(flow, at, t, by);
+      for (int c = 0; c < 2; c++)
+        if (!(fabs(by[c] - (p[2 + c] - p[c])) < 1e-6 * flow->size))
+          fail_msg("anchor %zu of %zu at %g: %g instead of %g", i, s->count, t, by[c],
+                   p[2 + c] - p[c]);
+    }
+  zs_flow_free(flow);
+}
+
+static void test_anchors(void **unused)
+{
+  (void)unused;
+  uint64_t state = 2;
+  for (size_t count = 1; count <= 36; count += count < 6 ? 1 : 10) {
+    scene *s = lattice(count, 2, &state);
+    check_anchors(s);
+    free(s);
+  }
+}
+
+/* A point with another one on its heels; points on a line that becomes a curve; a triangle
+ * that is turned over on its way, and so is a line for a moment. */
+static void test_hard_anchors(void **unused)
+{
+  (void)unused;
+  static const double near[][4] = {{0, 0, 9, 1}, {0.01, 0, 9.01, 1.005}, {-5, 4, -4, 3}};
+  static const double line[][4] = {
+    {0, 0, 0, 3}, {1, 0, 1, 1}, {2, 0, 2, 0}, {3, 0, 3, 1}, {4, 0, 4, 3}};
+  static const double turned[][4] = {{0, 0, 0, 0}, {4, 0, 4, 0}, {2, 2, 2, -2}};
+  static const double same[][4] = {{0, 0, 1, 1}, {0, 0, 1, 1}, {3, 0, 3, 1}, {0, 3, 1, 4}};
+  scene *s[] = {straight(near, 3), straight(line, 5), straight(turned, 3), straight(same, 4)};
+  for (int i = 0; i < 4; i++) {
+    check_anchors(s[i]);
+    free(s[i]);
+  }
+}
+
+/* One anchor translates; two turn and scale all of the plane about them. */
+static void test_few(void **unused)
+{
+  (void)unused;
+  static const double ends[][4] = {{1, 2, 4, -2}, {3, 2, 4, 2}};
+  uint64_t state = 7;
+  for (size_t count = 1; count <= 2; count++) {
+    scene *s = straight(ends, count);
+    zs_flow *flow = make(s, ZS_FLOW_COME);
+    for (int i = 0; i < 200; i++) {
+      const double t = random_between(&state, 0, 1);
+      const double p[2] = {random_between(&state, -9, 9), random_between(&state, -9, 9)};
+      double by[2], expected[2] = {3, -4};
+      displacement(flow, p, t, by);
+      if (count == 2) {
+        /* As complex numbers: d0 + (d1 - d0) (p - m0) / (m1 - m0). */
+        const double m0[2] = {1 + 3 * t, 2 - 4 * t}, m1[2] = {3 + t, 2};
+        const double ax = p[0] - m0[0], ay = p[1] - m0[1], bx = m1[0] - m0[0], by_ = m1[1] - m0[1];
+        const double b2 = bx * bx + by_ * by_, qx = (ax * bx + ay * by_) / b2,
+                     qy = (ay * bx - ax * by_) / b2;
+        expected[0] += -2 * qx - 4 * qy;
+        expected[1] += -2 * qy + 4 * qx;
+      }
+      for (int c = 0; c < 2; c++)
+        assert_true(fabs(by[c] - expected[c]) < 1e-6 * (1 + fabs(expected[c])));
+    }
+    zs_flow_free(flow);
+    free(s);
+  }
+}
+
+/* Curved paths: come and to go, at the points of the curve. */
+static void test_curves(void **unused)
+{
+  (void)unused;
+  uint64_t state = 8;
+  scene *s = lattice(13, 4, &state);
+  zs_flow *come = make(s, ZS_FLOW_COME), *rest = make(s, ZS_FLOW_TO_GO);
+  for (size_t i = 0; i < s->count; i++)
+    for (int k = 0; k < 4; k++) {
+      const double t = k / 3.0, *p = s->points[i], *at = p + 2 * k;
+      double back[2], on[2];
+      displacement(come, at, t, back);
+      displacement(rest, at, t, on);
+      for (int c = 0; c < 2; c++) {
+        assert_true(fabs(at[c] - t * back[c] - p[c]) < 1e-6 * come->size);
+        assert_true(fabs(at[c] + (1 - t) * on[c] - p[6 + c]) < 1e-6 * come->size);
+      }
+    }
+  zs_flow_free(come);
+  zs_flow_free(rest);
+  free(s);
+}
+
+/* At rest the displacement is the same for all s. */
+static void test_at_rest(void **unused)
+{
+  (void)unused;
+  uint64_t state = 9;
+  scene *s = lattice(8, 2, &state);
+  for (int end = 0; end < 2; end++) {
+    zs_flow *flow = make(s, end ? ZS_FLOW_AT_END : ZS_FLOW_AT_START);
+    for (size_t i = 0; i < s->count; i++) {
+      const double *p = s->points[i];
+      double by[2];
+      displacement(flow, p + 2 * end, 0.3, by);
+      assert_true(fabs(by[0] - (p[2] - p[0])) < 1e-6 * flow->size);
+      assert_true(fabs(by[1] - (p[3] - p[1])) < 1e-6 * flow->size);
+    }
+    zs_flow_free(flow);
+  }
+  free(s);
+}
+
+/* What cannot be followed is said. */
+static void test_meetings(void **unused)
+{
+  (void)unused;
+  static const double crossing[][4] = {{5, 5, 6, 6}, {0, 0, 4, 4}, {0, 4, 4, 0}};
+  static const double apart[][4] = {{0, 0, 1, 0}, {0, 0, -1, 0}, {3, 3, 3, 3}};
+  zs_flow *flow;
+  zs_flow_meeting meeting;
+  scene *s = straight(crossing, 3);
+  assert_int_equal(zs_flow_new(&flow, s->paths, 3, ZS_FLOW_COME, &meeting), ZS_FLOW_MEET);
+  assert_null(flow);
+  assert_true(meeting.path[0] == 1 && meeting.path[1] == 2 && fabs(meeting.s - 0.5) < 0.02);
+  /* They come from and go to places that differ: nothing is in the way at rest. */
+  assert_int_equal(zs_flow_new(&flow, s->paths, 3, ZS_FLOW_AT_END, NULL), ZS_FLOW_DONE);
+  zs_flow_free(flow);
+  free(s);
+  s = straight(apart, 3);
+  assert_int_equal(zs_flow_new(&flow, s->paths, 3, ZS_FLOW_COME, &meeting), ZS_FLOW_MEET);
+  assert_true(meeting.path[0] == 0 && meeting.path[1] == 1 && meeting.s < 0.02);
+  free(s);
+}
+
+/* ---- The operation --------------------------------------------------------------------- */
+
+static zs_eval *evaluator(const zs_flow *flow, int component)
+{
+  zs_compiler *c = zs_compiler_new(NULL, NULL, NULL);
+  assert_non_null(c);
+  const zs_flow_part part = {.flow = flow, .component = component};
+  zs_coordinates at = zs_coordinates_root();
+  zs_value in[3];
+  for (int k = 0; k < 3; k++)
+    in[k] = zs_emit_coordinate(c, &at, k);
+  zs_field *field = zs_compiler_finish(
+    c, zs_emit_operation(c, &zs_flow_operation, &part, in[0], in[1], in[2]), 1);
+  assert_non_null(field);
+  zs_eval *eval = zs_eval_new(field, NULL);
+  assert_non_null(eval);
+  zs_field_unref(field);
+  return eval;
+}
+
+enum { POINTS = 400 };
+
+static void test_blocks(void **unused)
+{
+  (void)unused;
+  static const char *const isas[] = {"baseline", "avx2", "avx512"};
+  static float x[POINTS], y[POINTS], z[POINTS], f[POINTS], g[4][POINTS];
+  uint64_t state = 10;
+  for (int i = 0; i < 9; i++) {
+    setenv("ZEROSET_ISA", isas[i % 3], 1);
+    scene *s = lattice(i < 3 ? 2 : 11, i < 6 ? 2 : 4, &state);
+    zs_flow *flow = make(s, ZS_FLOW_COME);
+    zs_eval *eval = evaluator(flow, i % 2);
+    for (int j = 0; j < POINTS; j++) {
+      x[j] = (float)random_between(&state, -2, 2);
+      y[j] = (float)random_between(&state, -2, 2);
+      z[j] = j % 7 && j ? z[j - 1] : (float)random_between(&state, -0.1, 1.1);
+    }
+    z[50] = NAN;
+    zs_eval_values(eval, NULL, POINTS, x, y, z, f);
+    zs_eval_gradients(eval, NULL, POINTS, x, y, z, g[0], g[1], g[2], g[3]);
+    for (int j = 0; j < POINTS; j++) {
+      const double at[3] = {(double)x[j], (double)y[j], (double)z[j]}, h = 1e-6;
+      if (isnan(z[j])) {
+        assert_true(isnan(f[j]) && isnan(g[0][j]));
+        continue;
+      }
+      const double expected = zs_flow_value(flow, i % 2, at, NULL);
+      assert_true(fabs((double)f[j] - expected) < 1e-6 * (1 + fabs(expected)));
+      assert_true(fabs((double)g[0][j] - expected) < 1e-6 * (1 + fabs(expected)));
+      for (int k = 0; k < 3; k++) {
+        double before[3], after[3];
+        memcpy(before, at, sizeof at);
+        memcpy(after, at, sizeof at);
+        before[k] -= h;
+        after[k] += h;
+        if (k == 2 && (fabs(at[2]) < 2 * h || fabs(at[2] - 1) < 2 * h))
+          continue;
+        const double slope = (zs_flow_value(flow, i % 2, after, NULL) -
+                              zs_flow_value(flow, i % 2, before, NULL)) / (2 * h);
+        if (!(fabs((double)g[k + 1][j] - slope) < 1e-3 * (1 + fabs(slope))))
+          fail_msg("at %g %g %g: slope %d is %g, differences %g", at[0], at[1], at[2], k,
+                   (double)g[k + 1][j], slope);
+      }
+    }
+    zs_eval_free(eval);
+    zs_flow_free(flow);
+    free(s);
+  }
+  unsetenv("ZEROSET_ISA");
+}
+
+static void test_bounds(void **unused)
+{
+  (void)unused;
+  uint64_t state = 12;
+  for (int i = 0; i < 8; i++) {
+    scene *s = lattice(i < 2 ? 1 + (size_t)i : 3 + 2 * (size_t)i, i < 6 ? 2 : 4, &state);
+    zs_flow *flow = make(s, ZS_FLOW_COME);
+    for (int b = 0; b < 300; b++) {
+      double lo[3], hi[3], result[2];
+      for (int k = 0; k < 3; k++) {
+        lo[k] = random_between(&state, k < 2 ? -2 : 0, k < 2 ? 2 : 1);
+        hi[k] = lo[k] + exp(random_between(&state, -7, k < 2 ? 1 : -1));
+      }
+      zs_flow_bounds(flow, b % 2, lo, hi, result);
+      for (int j = 0; j < 60; j++) {
+        double p[3];
+        for (int k = 0; k < 3; k++)
+          p[k] = random_below(&state, 3) ? random_between(&state, lo[k], hi[k])
+                 : random_below(&state, 2) ? lo[k] : hi[k];
+        const double f = zs_flow_value(flow, b % 2, p, NULL);
+        assert_true(f >= result[0] && f <= result[1]);
+      }
+    }
+    /* Narrow boxes have narrow bounds. */
+    const double lo[3] = {0.3, -0.2, 0.4}, hi[3] = {0.302, -0.198, 0.402};
+    double result[2];
+    zs_flow_bounds(flow, 0, lo, hi, result);
+    if (!(result[1] - result[0] < 0.1))
+      fail_msg("%zu anchors: %g .. %g", s->count, result[0], result[1]);
+    zs_flow_free(flow);
+    free(s);
+  }
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_anchors),  cmocka_unit_test(test_hard_anchors),
+    cmocka_unit_test(test_few),      cmocka_unit_test(test_curves),
+    cmocka_unit_test(test_at_rest),  cmocka_unit_test(test_meetings),
+    cmocka_unit_test(test_blocks),   cmocka_unit_test(test_bounds),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
