@@ -1,6 +1,10 @@
-#include "nodes/common.h"
+#include "nodes/interpolate.h"
 
 #include "field/blend.h"
+#include "nodes/extent.h"
+
+#include <math.h>
+#include <string.h>
 
 /* ---- level, a part ----------------------------------------------------------- */
 
@@ -22,7 +26,7 @@ static const zs_kind level = {
   .children = ZS_CHILDREN_ONE,
 };
 
-static const zs_kind *const parts[] = {&level, NULL};
+static const zs_kind *const parts[] = {&level, &zs_interpolate_between, NULL};
 
 static double height_of(const zs_node *part)
 {
@@ -31,42 +35,117 @@ static double height_of(const zs_node *part)
 
 /* ---- interpolate ----------------------------------------------------------- */
 
-enum { CLOSED, OPEN };
-static const char *const methods[] = {"linear", NULL};
-static const char *const caps[] = {"closed", "open", NULL};
+enum { EXTENDED, LINEAR };
+enum { CLOSED, OPEN, ROUND };
+enum { C0, C1 };
+static const char *const methods[] = {"extended", "linear", NULL};
+static const char *const caps[] = {"closed", "open", "round", NULL};
+static const char *const centers[] = {"moving", "fixed", NULL};
+static const char *const continuities[] = {"c0", "c1", NULL};
 
 struct interpolate {
-  int axis, method, caps;
+  int axis, method, centers, continuity, caps;
 };
 
 static const zs_attribute attributes[] = {
   ZS_AXIS(struct interpolate, axis,
           "direction in which the levels follow each other; the shapes' plane is across it"),
-  ZS_SELECT(struct interpolate, method, "method", "linear", methods,
-            "`linear`: f of the two levels beside the point, weighted by how near they are"),
+  ZS_SELECT(struct interpolate, method, "method", "extended", methods,
+            "`linear`: f of the two levels beside the point, weighted by how near they are; "
+            "`extended`: the same of shapes that move and fill as `between` parts say"),
+  ZS_SELECT(struct interpolate, centers, "centers", "moving", centers,
+            "`moving`: the points of pairs are where their paths lead at every height; `fixed`: "
+            "displacements belong to the ends of pairs, and between the levels points keep to "
+            "their paths only about"),
+  ZS_SELECT(struct interpolate, continuity, "continuity", "c0", continuities,
+            "`c1`: no creases across levels. Movements begin and end at rest, and between their "
+            "values f is a cubic that has no more extremes than they"),
   ZS_SELECT(struct interpolate, caps, "caps", "closed", caps,
             "`closed`: the solid ends at the first and the last level; `open`: it goes on as they "
-            "are"),
+            "are; `round`: beyond them f falls with the square of the distance over the nearest "
+            "gap's height"),
 };
+
+/* Whether a part of <interpolate> may stand where it does. */
+static bool check_between(const zs_node *part, const zs_node *before, const zs_node *next,
+                          bool smooth, zs_diag *diag)
+{
+  if (!before || before->kind != &level || !next)
+    return zs_node_misuse(part, diag, NULL, "expected one between two levels");
+  return !smooth || zs_between_check_smooth(part, diag);
+}
 
 static bool check(const zs_node *node, zs_diag *diag)
 {
-  const zs_node *before = NULL;
+  const struct interpolate *p = node->parameters;
+  const zs_node *below = NULL;
   size_t count = 0;
   for (size_t i = 0; i < node->child_count; i++) {
     const zs_node *part = node->children[i];
+    if (part->kind == &zs_interpolate_between) {
+      const zs_node *next = i + 1 < node->child_count ? node->children[i + 1] : NULL;
+      if (!check_between(part, i ? node->children[i - 1] : NULL, next, p->continuity == C1, diag))
+        return false;
+    }
     if (part->kind != &level)
       continue;
-    if (before && !(height_of(before) < height_of(part)))
+    if (below && !(height_of(below) < height_of(part)))
       return zs_node_fail(part, diag, "at", "%g does not lie beyond the level before, at %g",
-                          height_of(part), height_of(before));
-    before = part;
+                          height_of(part), height_of(below));
+    below = part;
     count++;
   }
   if (count < 2)
     return zs_node_misuse(node, diag, NULL, "found %zu of at least 2 levels", count);
   return true;
 }
+
+/* ---- Gaps ------------------------------------------------------------------------- */
+
+/* Two levels and what is between them. */
+typedef struct gap {
+  const zs_node *below, *above, *between; /* between: NULL for linear interpolation */
+  zs_between_flows flows;
+} gap;
+
+/* What f is put together from. */
+typedef struct builder {
+  zs_compiler *compiler;
+  const struct interpolate *settings;
+  const zs_coordinates *along;
+  size_t count;
+  gap *gaps;
+} builder;
+
+static double length_of(const gap *g)
+{
+  return height_of(g->above) - height_of(g->below);
+}
+
+static bool find_gaps(builder *b, const zs_node *node)
+{
+  const zs_node *below = NULL, *between = NULL;
+  b->gaps = ZS_ARENA_NEW(zs_compiler_arena(b->compiler), gap, node->child_count + 1);
+  if (!b->gaps)
+    return zs_fail_memory(zs_compiler_diag(b->compiler));
+  for (size_t i = 0; i < node->child_count; i++) {
+    const zs_node *part = node->children[i];
+    if (part->kind != &level) {
+      between = b->settings->method == EXTENDED ? part : NULL;
+      continue;
+    }
+    if (below) {
+      const zs_interpolate_centers how = (zs_interpolate_centers)b->settings->centers;
+      b->gaps[b->count++] =
+        (gap){below, part, between, zs_between_flows_make(b->compiler, between, how)};
+    }
+    below = part;
+    between = NULL;
+  }
+  return true;
+}
+
+/* ---- Linear ----------------------------------------------------------------------- */
 
 /* The relative position of z between two heights. */
 static zs_value position(zs_compiler *compiler, const zs_coordinates *along, double from,
@@ -77,37 +156,249 @@ static zs_value position(zs_compiler *compiler, const zs_coordinates *along, dou
   return zs_emit_coordinate(compiler, &relative, 0);
 }
 
+static zs_value shape(const builder *b, const zs_node *part, const zs_coordinates *at)
+{
+  return zs_children_emit(b->compiler, part, at);
+}
+
 /* f folded over the levels: above a level everything before it has faded, and
  * below it nothing has changed yet. */
+static zs_value emit_linear(const builder *b)
+{
+  zs_value f = shape(b, b->gaps[0].below, b->along);
+  for (size_t i = 0; i < b->count; i++) {
+    const zs_node *above = b->gaps[i].above;
+    f = zs_emit_operation(b->compiler, &zs_interpolation, NULL, f, shape(b, above, b->along),
+                          position(b->compiler, b->along, height_of(b->gaps[i].below),
+                                   height_of(above)));
+  }
+  return f;
+}
+
+/* ---- Extended --------------------------------------------------------------------- */
+
+static zs_value binary(const builder *b, zs_function function, zs_value left, zs_value right)
+{
+  return zs_emit(b->compiler, function, left, right, 0);
+}
+
+static zs_value number(const builder *b, double value)
+{
+  return zs_emit_constant(b->compiler, value);
+}
+
+static zs_value scaled(const builder *b, zs_value value, double factor)
+{
+  return zs_emit_scaled(b->compiler, value, factor);
+}
+
+/* t (t (3 - 2 t)): at rest at both ends. */
+static zs_value smooth_step(const builder *b, zs_value t)
+{
+  zs_value v = binary(b, ZS_FUNCTION_SUBTRACT, number(b, 3), scaled(b, t, 2));
+  return binary(b, ZS_FUNCTION_MULTIPLY, binary(b, ZS_FUNCTION_MULTIPLY, t, t), v);
+}
+
+/* t (1 - t)^2 or, turned round, (1 - t) t^2. */
+static zs_value bump(const builder *b, zs_value t, bool turned)
+{
+  zs_value u = binary(b, ZS_FUNCTION_SUBTRACT, number(b, 1), t);
+  zs_value product = binary(b, ZS_FUNCTION_MULTIPLY, t, u);
+  return binary(b, ZS_FUNCTION_MULTIPLY, product, turned ? t : u);
+}
+
+/* Where a point of level i (0: the lowest) comes from on the level below it, or goes to on
+ * the one above. */
+static zs_coordinates follow(const builder *b, size_t i, bool up, const zs_coordinates *at)
+{
+  const gap *g = &b->gaps[up ? i : i - 1];
+  return zs_between_warp(b->compiler, &g->flows, up, number(b, up ? 0 : 1), at);
+}
+
+/* The slope of f by z on level i, at a point there: that of the parabola through the values
+ * that follow each other on its way through three levels, but no more than twice the
+ * smaller of the two differences, and 0 where these have different signs (van Leer, "Towards
+ * the ultimate conservative difference scheme IV", 1977).  At the ends the difference. */
+static zs_value slope_at(const builder *b, size_t i, const zs_coordinates *at)
+{
+  zs_value difference[2] = {0, 0};
+  double length[2] = {0, 0};
+  for (size_t up = 0; up < 2; up++) {
+    if (up ? i == b->count : i == 0)
+      continue;
+    const gap *g = &b->gaps[up ? i : i - 1];
+    const zs_coordinates other = follow(b, i, up, at);
+    const zs_value here = shape(b, up ? g->below : g->above, at);
+    const zs_value there = shape(b, up ? g->above : g->below, &other);
+    length[up] = length_of(g);
+    difference[up] = scaled(b, up ? binary(b, ZS_FUNCTION_SUBTRACT, there, here)
+                                  : binary(b, ZS_FUNCTION_SUBTRACT, here, there),
+                            1 / length[up]);
+  }
+  if (i == 0 || i == b->count)
+    return b->settings->caps == ROUND ? number(b, 0) : difference[i == 0];
+  const double sum = length[0] + length[1];
+  const zs_value middle =
+    binary(b, ZS_FUNCTION_ADD, scaled(b, difference[0], length[1] / sum),
+           scaled(b, difference[1], length[0] / sum));
+  const zs_value below = scaled(b, difference[0], 2), above = scaled(b, difference[1], 2);
+  const zs_function least = ZS_FUNCTION_MINIMUM, most = ZS_FUNCTION_MAXIMUM;
+  const zs_value up = binary(b, least, binary(b, least, below, above), middle);
+  const zs_value down = binary(b, most, binary(b, most, below, above), middle);
+  return binary(b, ZS_FUNCTION_ADD, binary(b, most, up, number(b, 0)),
+                binary(b, least, down, number(b, 0)));
+}
+
+/* f in gap i, beyond it as on its levels. */
+static zs_value emit_gap(const builder *b, size_t i)
+{
+  const gap *g = &b->gaps[i];
+  zs_value t = position(b->compiler, b->along, height_of(g->below), height_of(g->above));
+  t = binary(b, ZS_FUNCTION_MINIMUM, binary(b, ZS_FUNCTION_MAXIMUM, t, number(b, 0)),
+             number(b, 1));
+  const bool smooth = b->settings->continuity == C1;
+  zs_coordinates at[2] = {*b->along, *b->along};
+  if (g->flows.side[0]) {
+    const zs_value motion =
+      zs_between_motion(b->compiler, g->between, smooth ? smooth_step(b, t) : t);
+    for (int side = 0; side < 2; side++)
+      at[side] = zs_between_warp(b->compiler, &g->flows, side, motion, b->along);
+  }
+  const zs_value weight =
+    smooth ? smooth_step(b, t) : zs_between_weight(b->compiler, g->between, t);
+  zs_value f = zs_emit_operation(b->compiler, &zs_interpolation, NULL,
+                                 shape(b, g->below, &at[0]), shape(b, g->above, &at[1]), weight);
+  if (smooth) {
+    const double length = length_of(g);
+    const zs_value from = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, false),
+                                 scaled(b, slope_at(b, i, &at[0]), length));
+    const zs_value to = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, true),
+                               scaled(b, slope_at(b, i + 1, &at[1]), length));
+    f = binary(b, ZS_FUNCTION_ADD, f, binary(b, ZS_FUNCTION_SUBTRACT, from, to));
+  }
+  if (g->between)
+    f = binary(b, ZS_FUNCTION_ADD, f, zs_between_filling(b->compiler, g->between, t));
+  return f;
+}
+
+static zs_value emit_extended(const builder *b)
+{
+  const zs_value z = zs_emit_coordinate(b->compiler, b->along, 2);
+  zs_value f = emit_gap(b, 0);
+  for (size_t i = 1; i < b->count; i++) {
+    const zs_value beyond =
+      binary(b, ZS_FUNCTION_LESS_EQUAL, number(b, height_of(b->gaps[i].below)), z);
+    f = zs_emit(b->compiler, ZS_FUNCTION_SELECT, beyond, emit_gap(b, i), f);
+  }
+  return f;
+}
+
+/* ---- Ends --------------------------------------------------------------------------- */
+
+static zs_value cut(const builder *b, zs_value f, double lo, double hi)
+{
+  zs_value centred = binary(b, ZS_FUNCTION_SUBTRACT, zs_emit_coordinate(b->compiler, b->along, 2),
+                            number(b, lo + (hi - lo) / 2));
+  zs_value slab = binary(b, ZS_FUNCTION_SUBTRACT, number(b, (hi - lo) / 2),
+                         zs_emit(b->compiler, ZS_FUNCTION_ABSOLUTE, centred, 0, 0));
+  return binary(b, ZS_FUNCTION_MINIMUM, f, slab);
+}
+
+/* f less the square of how far z is beyond a level, over a gap's length. */
+static zs_value rounded(const builder *b, zs_value f, double height, double sign, double length)
+{
+  const double row[12] = {0, 0, sign, -sign * height};
+  const zs_coordinates beyond = zs_coordinates_affine(b->along, row);
+  zs_value d = zs_emit_coordinate(b->compiler, &beyond, 0);
+  d = binary(b, ZS_FUNCTION_MAXIMUM, d, number(b, 0));
+  d = zs_emit(b->compiler, ZS_FUNCTION_SQUARE, d, 0, 0);
+  return binary(b, ZS_FUNCTION_SUBTRACT, f, scaled(b, d, 1 / length));
+}
+
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct interpolate *p = node->parameters;
   zs_coordinates along = zs_coordinates_along(at, p->axis);
-  const zs_node *first = NULL, *before = NULL;
-  zs_value f = 0;
+  builder b = {.compiler = compiler, .settings = p, .along = &along};
+  if (!find_gaps(&b, node) || !b.count)
+    return number(&b, 0);
+  bool plain = p->continuity == C0;
+  for (size_t i = 0; i < b.count; i++)
+    plain = plain && !b.gaps[i].between;
+  const zs_value f = plain ? emit_linear(&b) : emit_extended(&b);
+  const gap *first = &b.gaps[0], *last = &b.gaps[b.count - 1];
+  const double lo = height_of(first->below), hi = height_of(last->above);
+  if (p->caps == CLOSED)
+    return cut(&b, f, lo, hi);
+  if (p->caps == OPEN)
+    return f;
+  return rounded(&b, rounded(&b, f, lo, -1, length_of(first)), hi, 1, length_of(last));
+}
+
+/* ---- Where it is ---------------------------------------------------------------------- */
+
+/* The box of a level's shape across the axis, by a piece of its cylinder; false when none is
+ * found. */
+static bool level_box(const zs_node *part, double lo[3], double hi[3])
+{
+  zs_diag diag = {0};
+  zs_compiler *compiler = zs_compiler_new(NULL, NULL, &diag);
+  if (!compiler)
+    return false;
+  const zs_coordinates root = zs_coordinates_root();
+  builder b = {.compiler = compiler, .along = &root};
+  const zs_value f = cut(&b, zs_children_emit(compiler, part, &root), -1, 1);
+  zs_field *field = zs_compiler_finish(compiler, f, 1);
+  const bool found = field && !diag.errors && zs_field_box(field, lo, hi, &diag);
+  zs_field_unref(field);
+  return found;
+}
+
+/* Around all shapes, with room for what moves between them. */
+static zs_box box(const zs_node *node, const zs_box *children, size_t count)
+{
+  (void)children, (void)count;
+  enum { MOST_LEVELS = 64 }; /* to look for one by one */
+  static const double MARGIN = 0.25;
+  const struct interpolate *p = node->parameters;
+  zs_box around = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  size_t levels = 0;
+  double last = 0, gap_before = 0, gap_first = NAN;
   for (size_t i = 0; i < node->child_count; i++) {
     const zs_node *part = node->children[i];
+    double lo[3], hi[3];
     if (part->kind != &level)
       continue;
-    zs_value shape = zs_children_emit(compiler, part, &along);
-    if (before)
-      f = zs_emit_operation(compiler, &zs_interpolation, NULL, f, shape,
-                            position(compiler, &along, height_of(before), height_of(part)));
-    else
-      f = shape;
-    first = first ? first : part;
-    before = part;
+    if (levels++ == MOST_LEVELS || !level_box(part, lo, hi))
+      return zs_box_everything();
+    for (int k = 0; k < 2; k++) {
+      around.lo[k] = fmin(around.lo[k], lo[k]);
+      around.hi[k] = fmax(around.hi[k], hi[k]);
+    }
+    around.lo[2] = fmin(around.lo[2], height_of(part));
+    around.hi[2] = fmax(around.hi[2], height_of(part));
+    gap_before = levels > 1 ? height_of(part) - last : 0;
+    gap_first = levels == 2 ? gap_before : gap_first;
+    last = height_of(part);
   }
-  if (p->caps == OPEN || !before)
-    return f;
-  const double lo = height_of(first), hi = height_of(before);
-  zs_value z = zs_emit_coordinate(compiler, &along, 2);
-  zs_value centred = zs_emit(compiler, ZS_FUNCTION_SUBTRACT, z,
-                             zs_emit_constant(compiler, lo + (hi - lo) / 2), 0);
-  zs_value slab = zs_emit(compiler, ZS_FUNCTION_SUBTRACT,
-                          zs_emit_constant(compiler, (hi - lo) / 2),
-                          zs_emit(compiler, ZS_FUNCTION_ABSOLUTE, centred, 0, 0), 0);
-  return zs_emit(compiler, ZS_FUNCTION_MINIMUM, f, slab, 0);
+  const double width = fmax(around.hi[0] - around.lo[0], around.hi[1] - around.lo[1]);
+  for (int k = 0; k < 2; k++) {
+    around.lo[k] -= MARGIN * width;
+    around.hi[k] += MARGIN * width;
+  }
+  if (p->caps == ROUND) { /* no shape is deeper than half its width */
+    around.lo[2] -= sqrt(width / 2 * gap_first);
+    around.hi[2] += sqrt(width / 2 * gap_before);
+  } else if (p->caps == OPEN) {
+    around.lo[2] = -INFINITY;
+    around.hi[2] = INFINITY;
+  }
+  zs_box turned;
+  for (int k = 0; k < 3; k++) {
+    turned.lo[(k + p->axis + 1) % 3] = around.lo[k];
+    turned.hi[(k + p->axis + 1) % 3] = around.hi[k];
+  }
+  return turned;
 }
 
 const zs_kind zs_kind_interpolate = {
@@ -115,9 +406,15 @@ const zs_kind zs_kind_interpolate = {
   .family = ZS_FAMILY_INTERPOLATION,
   .summary = "shapes on levels along an axis, joined into one solid",
   .doc = "Between two levels with values f1 and f2, f is (1 - t) f1 + t f2, with t growing from 0 "
-         "to 1. Closed ends are cut by the slab between the first and the last level.",
-  .source = "B. Payne, A. Toga, Distance field manipulation of surface models, 1992; J. Parulek, "
-            "M. Sramek, Implicit modeling by metamorphosis of 2D shapes, 2007, equation 9",
+         "to 1. A `between` part in the gap moves the shapes while they become each other: points "
+         "of its pairs are carried from level to level, and everything around them by the thin "
+         "plate spline through them; one pair is a translation, two a turn and a change of size as "
+         "well. On every level f is that of its shape. Closed ends are cut by the slab between the "
+         "first and the last level.",
+  .source = "J. Parulek, M. Sramek, Implicit modeling by metamorphosis of 2D shapes, 2007, "
+            "equations 9 to 18, with pull-backs and weights put right; D. Cohen-Or, D. Levin, A. "
+            "Solomovici, Three-dimensional distance field metamorphosis, 1998, equations 16 and "
+            "17; B. Payne, A. Toga, Distance field manipulation of surface models, 1992",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),
   .parameters_size = sizeof(struct interpolate),
@@ -125,4 +422,5 @@ const zs_kind zs_kind_interpolate = {
   .parts = parts,
   .check = check,
   .emit = emit,
+  .box = box,
 };

@@ -22,7 +22,11 @@ zs_sources += \
   src/nodes/gyroid.c \
   src/nodes/half_plane.c \
   src/nodes/half_space.c \
+  src/nodes/image.c \
+  src/nodes/image.h \
   src/nodes/interpolate.c \
+  src/nodes/interpolate.h \
+  src/nodes/interpolate_between.c \
   src/nodes/kind.h \
   src/nodes/kinds.c \
   src/nodes/map.c \

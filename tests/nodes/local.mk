@@ -2,6 +2,7 @@ zs_tests += \
   tests/nodes/test_data \
   tests/nodes/test_fits \
   tests/nodes/test_formulas \
+  tests/nodes/test_interpolate \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
   tests/nodes/test_morph \
@@ -12,6 +13,8 @@ zs_tests += \
 tests_nodes_test_formulas_SOURCES = tests/nodes/test_formulas.c tests/nodes/build.h
 tests_nodes_test_kinds_SOURCES = \
   tests/nodes/test_kinds.c tests/nodes/build.h tests/nodes/random_nodes.h
+tests_nodes_test_interpolate_SOURCES = \
+  tests/nodes/test_interpolate.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_laws_SOURCES = tests/nodes/test_laws.c tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
 tests_nodes_test_trees_SOURCES = \

@@ -7,7 +7,8 @@
 /* Kinds that need input from files; their room tests them. */
 static inline bool needs_data(const zs_kind *kind)
 {
-  return !strcmp(kind->name, "variational") || kind->family == ZS_FAMILY_DATA;
+  return !strcmp(kind->name, "variational") || !strcmp(kind->name, "image") ||
+         kind->family == ZS_FAMILY_DATA;
 }
 
 static inline double random_number(const zs_attribute *attribute, uint64_t *state)

@@ -1,0 +1,117 @@
+/* A picture as a plane shape, by the distance to its outline. */
+#include "nodes/image.h"
+
+#include "samples/picture.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Rows and columns of black pixels around a picture that distances are found at too: f is
+ * then negative along the whole edge. */
+enum { MARGIN = 2 };
+
+const char *const zs_image_directions[] = {"up", "down", NULL};
+
+struct image {
+  const char *src;
+  double pixel, level, origin[3];
+  int y;
+};
+
+static const zs_attribute attributes[] = {
+  {.name = "src", .type = ZS_FILE, .offset = offsetof(struct image, src), .unit = "",
+   .doc = "a PNG or PGM file of 8 or 16 bits; white is inside"},
+  ZS_IMAGE_PIXEL(struct image),
+  ZS_IMAGE_LEVEL(struct image),
+  ZS_POINT(struct image, origin, "origin", "0 0 0",
+           "where the picture's corner is that has the least x and y; z is left out"),
+  ZS_IMAGE_Y(struct image),
+};
+
+/* The distances of a picture as a raster without heights, in pixels; NULL after reporting. */
+static zs_raster *measured(const zs_node *node, zs_diag *diag)
+{
+  const struct image *p = node->parameters;
+  zs_gray gray;
+  if (!zs_gray_read(&gray, p->src, diag))
+    return NULL;
+  const uint32_t count[3] = {gray.width + 2 * MARGIN, gray.height + 2 * MARGIN, 1};
+  const float height = 0;
+  zs_raster *raster = zs_raster_new(count, &height);
+  float *distance = malloc((size_t)count[0] * count[1] * sizeof *distance);
+  const zs_picture picture = {gray.width, gray.height, gray.pixels, (float)p->level};
+  const zs_picture_result result =
+    raster && distance ? zs_picture_distance(&picture, MARGIN, distance) : ZS_PICTURE_MEMORY;
+  bool done = result == ZS_PICTURE_DONE;
+  if (done) {
+    for (size_t y = 0; y < count[1]; y++)
+      for (size_t x = 0; x < count[0]; x++)
+        *zs_raster_sample(raster, x, y, 0) = distance[y * count[0] + x];
+    done = zs_raster_finish(raster);
+  }
+  if (result == ZS_PICTURE_EMPTY)
+    zs_node_fail(node, diag, "src", "no pixel of the picture is as bright as the level, %g",
+                 p->level);
+  else if (!done)
+    zs_fail_memory(diag);
+  free(distance);
+  zs_gray_clear(&gray);
+  if (!done) {
+    zs_raster_free(raster);
+    raster = NULL;
+  }
+  return raster;
+}
+
+zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster,
+                        const zs_raster_place *place, const zs_coordinates *at)
+{
+  const double s = 1 / place->pixel, ny = place->height;
+  const double x = place->margin - 0.5 - place->origin[0] * s, y = place->origin[1] * s;
+  const double down[12] = {s, 0, 0, x, 0, s, 0, place->margin - 0.5 - y, 0, 0, s,
+                           -place->origin[2] * s};
+  const double up[12] = {s, 0, 0, x, 0, -s, 0, ny - 0.5 + place->margin + y, 0, 0, s,
+                         -place->origin[2] * s};
+  const zs_coordinates index = zs_coordinates_affine(at, place->down ? down : up);
+  zs_value in[3];
+  for (int k = 0; k < 3; k++)
+    in[k] = k < 2 || raster->count[2] > 1 ? zs_emit_coordinate(compiler, &index, k)
+                                          : zs_emit_constant(compiler, 0);
+  zs_value f = zs_emit_operation(compiler, &zs_raster_operation, raster, in[0], in[1], in[2]);
+  return zs_emit_scaled(compiler, f, place->pixel);
+}
+
+static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct image *p = node->parameters;
+  zs_raster *raster = measured(node, zs_compiler_diag(compiler));
+  if (!raster)
+    return zs_emit_constant(compiler, 0);
+  if (!zs_compiler_keep(compiler, raster, zs_raster_free)) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return zs_emit_constant(compiler, 0);
+  }
+  const zs_raster_place place = {.pixel = p->pixel,
+                                 .height = raster->count[1] - 2 * MARGIN,
+                                 .margin = MARGIN,
+                                 .origin = {p->origin[0], p->origin[1], 0},
+                                 .down = p->y == ZS_IMAGE_Y_DOWN};
+  return zs_raster_emit(compiler, raster, &place, at);
+}
+
+const zs_kind zs_kind_image = {
+  .name = "image",
+  .family = ZS_FAMILY_SHAPE,
+  .summary = "the outline in a grey picture",
+  .doc = "f is the distance to where brightness passes through the level between the centres of "
+         "pixels, found at these centres and interpolated by cubics between them: inside are the "
+         "pixels at least as bright as the level. Around the picture it is black; beyond two more "
+         "pixels f falls by the distance from there.",
+  .source = "Felzenszwalb, Huttenlocher, \"Distance transforms of sampled functions\" (2012)",
+  .trait = "exact distance at the centres of pixels",
+  .attributes = attributes,
+  .attribute_count = ZS_COUNT_OF(attributes),
+  .parameters_size = sizeof(struct image),
+  .children = ZS_CHILDREN_NONE,
+  .emit = emit,
+};

@@ -1,0 +1,38 @@
+/* What nodes made of pictures share. */
+#ifndef ZS_NODES_IMAGE_H
+#define ZS_NODES_IMAGE_H
+
+#include "files/gray.h"
+#include "nodes/common.h"
+#include "samples/raster.h"
+
+extern const char *const zs_image_directions[];
+enum { ZS_IMAGE_Y_UP, ZS_IMAGE_Y_DOWN };
+
+/* Attributes by the names that all pictures in scenes have. */
+#define ZS_IMAGE_PIXEL(struct_) \
+  ZS_LENGTH(struct_, pixel, "pixel", "1", ZS_RANGE_POSITIVE, "side of a pixel")
+#define ZS_IMAGE_LEVEL(struct_) \
+  {.name = "level", .type = ZS_NUMBER, .offset = offsetof(struct_, level), .initial = "0.5", \
+   .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 0.001, .maximum = 1, \
+   .doc = "brightness of the outline, where 0 is black and 1 is white"}
+#define ZS_IMAGE_Y(struct_) \
+  ZS_SELECT(struct_, y, "y", "up", zs_image_directions, \
+            "`up`: the last row of pixels is at the origin, and y grows upwards; `down`: the " \
+            "first one is, and y grows from row to row")
+
+/* Where a raster lies whose samples are the centres of pixels, of pictures that have a
+ * margin on all sides; its heights are in pixels above the origin. */
+typedef struct zs_raster_place {
+  double pixel, height; /* a pixel's side; rows without margins */
+  double margin;
+  double origin[3];
+  bool down;
+} zs_raster_place;
+
+/* f of a raster in pixels, as one of the scene's lengths.  The raster lives as long as the
+ * field. */
+zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster,
+                        const zs_raster_place *place, const zs_coordinates *at);
+
+#endif

@@ -1,0 +1,39 @@
+/* Inside <interpolate>: what stands between two levels. */
+#ifndef ZS_NODES_INTERPOLATE_H
+#define ZS_NODES_INTERPOLATE_H
+
+#include "nodes/common.h"
+#include "rbf/flow.h"
+
+/* <between>: pairs, weights and filling of one gap. */
+extern const zs_kind zs_interpolate_between;
+
+/* How shapes move in a gap. */
+typedef enum zs_interpolate_centers { ZS_CENTERS_MOVING, ZS_CENTERS_FIXED } zs_interpolate_centers;
+
+/* Whether a <between> leaves slopes at its levels as they are; reports what does not. */
+bool zs_between_check_smooth(const zs_node *between, zs_diag *diag);
+
+/* How far the shapes of a gap have moved (0 .. 1) at the part t of the way between its
+ * levels, 0 <= t <= 1; how much the upper one counts; and how much filling there is. */
+zs_value zs_between_motion(zs_compiler *compiler, const zs_node *between, zs_value t);
+zs_value zs_between_weight(zs_compiler *compiler, const zs_node *between, zs_value t);
+zs_value zs_between_filling(zs_compiler *compiler, const zs_node *between, zs_value t);
+
+/* The displacements of a gap's lower (0) and upper (1) shape; NULL where there are none. */
+typedef struct zs_between_flows {
+  zs_interpolate_centers centers;
+  const zs_flow *side[2];
+} zs_between_flows;
+
+/* Those of a <between>, which may be NULL, for as long as the field.  Reports pairs that
+ * cannot be followed. */
+zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,
+                                       zs_interpolate_centers centers);
+
+/* Where to evaluate one of a gap's shapes at a point when the shapes have moved by
+ * `motion`. */
+zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *flows, int side,
+                               zs_value motion, const zs_coordinates *at);
+
+#endif
