@@ -17,19 +17,23 @@ gallery_pictures = \
   doc/gallery/contours.png \
   doc/gallery/cup-slice.png \
   doc/gallery/cup.png \
+  doc/gallery/figurine-cut.png \
+  doc/gallery/figurine.png \
   doc/gallery/flange.png \
   doc/gallery/influence.png \
   doc/gallery/influence-star.png \
   doc/gallery/loft.png \
   doc/gallery/morph.png \
   doc/gallery/morph-surface.png \
+  doc/gallery/scan.png \
   doc/gallery/surface.png \
   doc/gallery/warp.png \
   doc/gallery/warp-plain.png
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column contours cup flange influence loft morph surface warp; do \
+	for name in bracket bunny column contours cup figurine flange influence loft morph scan \
+	    surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done
@@ -37,6 +41,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/bracket-slice.png
 	./zeroset slice $(srcdir)/scenes/cup.xml --axis y --at 0 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/cup-slice.png
+	./zeroset render $(srcdir)/scenes/figurine.xml --object cut --size 480x360 \
+	  -o $(srcdir)/doc/gallery/figurine-cut.png
 	./zeroset render $(srcdir)/scenes/influence.xml --set t=0.1 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/influence-star.png
 	./zeroset render $(srcdir)/scenes/morph.xml --object surface --view side --size 480x360 \

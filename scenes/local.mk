@@ -6,6 +6,7 @@ EXTRA_DIST += \
   scenes/column.xml \
   scenes/contours.xml \
   scenes/cup.xml \
+  scenes/figurine.xml \
   scenes/flange.xml \
   scenes/influence.xml \
   scenes/library/mouldings.xml \
@@ -19,5 +20,7 @@ EXTRA_DIST += \
   scenes/morph/shapes.py \
   scenes/morph/star.xyz \
   scenes/morph/torus.xyz \
+  scenes/scan.xml \
+  scenes/scan/figurine.nii.gz \
   scenes/surface.xml \
   scenes/warp.xml

@@ -2,30 +2,18 @@
 #ifndef ZS_KEY_H
 #define ZS_KEY_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
-#include <string.h>
-
-/* Mix bytes into a key: two chains of multiplications by odd constants (of the golden
- * ratio and of splitmix64), each word spread over all bits. */
-static inline void zs_key_add(uint64_t key[2], const void *bytes, size_t size)
-{
-  static const uint64_t factor[2] = {UINT64_C(0x9e3779b97f4a7c15), UINT64_C(0xbf58476d1ce4e5b9)};
-  for (size_t at = 0; at < size; at += sizeof(uint64_t)) {
-    uint64_t word = 0;
-    memcpy(&word, (const char *)bytes + at, size - at < sizeof word ? size - at : sizeof word);
-    for (int k = 0; k < 2; k++) {
-      key[k] = (key[k] ^ word) * factor[k];
-      key[k] ^= key[k] >> 29;
-    }
-  }
-}
 
 /* Begin the key of something of a kind. */
-static inline void zs_key_begin(uint64_t key[2], const char *kind)
-{
-  key[0] = strlen(kind);
-  key[1] = ~key[0];
-  zs_key_add(key, kind, strlen(kind));
-}
+void zs_key_begin(uint64_t key[2], const char *kind);
+
+/* Mix bytes into a key. */
+void zs_key_add(uint64_t key[2], const void *bytes, size_t size);
+
+/* Mix in which file a path leads to, and which state of it: its size and when it was
+ * written.  False when there is none. */
+bool zs_key_add_file(uint64_t key[2], const char *path);
 
 #endif

@@ -5,6 +5,7 @@ zs_sources += \
   src/base/diagnostic.h \
   src/base/expression.c \
   src/base/expression.h \
+  src/base/key.c \
   src/base/key.h \
   src/base/names.c \
   src/base/names.h \

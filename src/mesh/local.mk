@@ -1,6 +1,7 @@
 # This room adds to the lists that Makefile.am describes.
 zs_sources += \
   src/mesh/check.c \
+  src/mesh/close.c \
   src/mesh/input.h \
   src/mesh/keep.c \
   src/mesh/mesh.c \

@@ -31,6 +31,19 @@ bool zs_mesh_resize(zs_mesh *mesh, size_t vertex_count, size_t triangle_count, z
  * precision numbers are errors that name the file and, in text, the line. */
 zs_mesh *zs_mesh_read(const char *path, zs_diag *diag);
 
+/* What zs_mesh_close has mended. */
+typedef struct zs_mesh_holes {
+  size_t count;    /* holes, and ... */
+  size_t sides;    /* ... the sides of triangles along their rims */
+  bool inside_out; /* the triangles were clockwise, seen from outside */
+} zs_mesh_holes;
+
+/* A surface that is closed: every side of a triangle is run along as often one way as the
+ * other.  Vertices at the same place become one, triangles with a repeated corner go, every
+ * hole is filled with a fan of triangles about the middle of its rim, and a surface that is
+ * inside out as a whole is turned.  A closed mesh stays as it is.  NULL after reporting. */
+zs_mesh *zs_mesh_close(const zs_mesh *mesh, zs_mesh_holes *holes, zs_diag *diag);
+
 /* Whether OpenMesh's half-edges can hold the mesh: oriented, manifold (with or
  * without boundary), no triangle with a repeated corner, and numbers that fit
  * its signed ones.  Reports what is wrong; `purpose` says what for ("simplify

@@ -17,7 +17,7 @@ extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_sc
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
   zs_kind_matrix, zs_kind_twist, zs_kind_taper, zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_variational;
-extern const zs_kind zs_kind_volume, zs_kind_sample;
+extern const zs_kind zs_kind_distance, zs_kind_volume, zs_kind_sample;
 
 const zs_kind *const zs_kinds[] = {
   /* Primitives */
@@ -77,6 +77,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_interpolate,
   &zs_kind_variational,
   /* Data */
+  &zs_kind_distance,
   &zs_kind_volume,
   &zs_kind_sample,
   NULL,

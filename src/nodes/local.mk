@@ -10,6 +10,7 @@ zs_sources += \
   src/nodes/constant.c \
   src/nodes/cylinder.c \
   src/nodes/displace.c \
+  src/nodes/distance.c \
   src/nodes/ellipse.c \
   src/nodes/ellipsoid.c \
   src/nodes/emit.c \

@@ -1,5 +1,4 @@
 /* Sampled fields from files: density volumes, distance fields, segmentations. */
-#define _POSIX_C_SOURCE 200809L /* struct timespec of stat */
 #include "nodes/sampled.h"
 
 #include "base/key.h"
@@ -9,8 +8,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
 
 /* Larger values are as good as endless. */
 static const double ENDLESS = 1e30;
@@ -157,19 +154,12 @@ static zs_sampled *sampled_of(const zs_node *node, const zs_volume *volume, unsi
 static bool key_of(const zs_node *node, uint64_t key[2])
 {
   const struct volume *p = node->parameters;
-  struct stat status;
-  if (stat(p->src, &status) != 0)
-    return false;
   const double numbers[] = {isnan(p->level) ? 0 : p->level, isnan(p->level),
                             isnan(p->label) ? 0 : p->label, isnan(p->label), p->sign,
                             p->interpolation};
-  const uint64_t state[] = {(uint64_t)status.st_dev, (uint64_t)status.st_ino,
-                            (uint64_t)status.st_size, (uint64_t)status.st_mtim.tv_sec,
-                            (uint64_t)status.st_mtim.tv_nsec};
   zs_key_begin(key, "volume");
   zs_key_add(key, numbers, sizeof numbers);
-  zs_key_add(key, state, sizeof state);
-  return true;
+  return zs_key_add_file(key, p->src);
 }
 
 static zs_sampled *find(zs_compiler *compiler, const zs_node *node)

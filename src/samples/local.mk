@@ -8,10 +8,13 @@ zs_sources += \
   src/samples/raster_point.h \
   src/samples/transform.c \
   src/samples/transform.h \
+  src/samples/triangles.c \
+  src/samples/triangles.h \
   src/samples/voxels.c \
   src/samples/voxels.h
 
 zs_kernel_sources += \
   src/samples/polygon.kernel.c \
   src/samples/raster.kernel.c \
+  src/samples/triangles.kernel.c \
   src/samples/voxels.kernel.c

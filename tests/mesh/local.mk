@@ -12,3 +12,5 @@ tests_mesh_test_simplify_SOURCES = \
   tests/mesh/test_simplify.c tests/mesh/solids.c tests/mesh/solids.h
 zs_tests += tests/mesh/test_peer
 tests_mesh_test_peer_SOURCES = tests/mesh/test_peer.cc tests/mesh/solids.c tests/mesh/solids.h
+zs_tests += tests/mesh/test_close
+tests_mesh_test_close_SOURCES = tests/mesh/test_close.c tests/random.h

@@ -1,4 +1,4 @@
-/* <volume> and <sample>: fields between samples, against what was sampled. */
+/* <volume>, <sample> and <distance>: fields of data, against what the data is of. */
 #define _POSIX_C_SOURCE 200809L /* setenv */
 #include "scene_text.h"
 
@@ -299,6 +299,43 @@ static void test_sample(void **unused)
                                 "<box size='1.8 0.6 0.5'/></sample>", 0.02) < 0.02);
 }
 
+/* ---- <distance> ----------------------------------------------------------------------- */
+
+/* A box of 4 x 2 x 6, the corner at (10, 0, 0), without its last `missing` triangles. */
+static void write_box(const char *name, int missing)
+{
+  static const char *const faces[] = {"1 3 4", "1 4 2", "5 6 8", "5 8 7", "1 2 6", "1 6 5",
+                                      "3 7 8", "3 8 4", "1 5 7", "1 7 3", "2 4 8", "2 8 6"};
+  FILE *file = create(name);
+  for (int i = 0; i < 8; i++)
+    fprintf(file, "v %d %d %d\n", 10 + 4 * (i & 1), 2 * (i >> 1 & 1), 6 * (i >> 2));
+  for (int f = 0; f < 12 - missing; f++)
+    fprintf(file, "f %s\n", faces[f]);
+  fclose(file);
+}
+
+static void test_distance(void **unused)
+{
+  (void)unused;
+  uint64_t state = 2;
+  zs_field *expected = compile("<box min='10 0 0' max='14 2 6' rotate='0 30 0'/>");
+  zs_eval *a = evaluator(expected);
+  for (int missing = 0; missing < 3; missing++) {
+    write_box("box.obj", missing); /* what is missing is flat: filling it restores the box */
+    zs_field *field = compile("<distance src='box.obj' rotate='0 30 0'/>");
+    zs_eval *b = evaluator(field);
+    for (int i = 0; i < 500; i++) {
+      const double p[3] = {random_between(&state, 5, 16), random_between(&state, -3, 4),
+                           random_between(&state, -10, 4)};
+      assert_true(fabs(zs_eval_point(a, p) - zs_eval_point(b, p)) < 1e-9);
+    }
+    zs_eval_free(b);
+    zs_field_unref(field);
+  }
+  zs_eval_free(a);
+  zs_field_unref(expected);
+}
+
 /* ---- What is wrong ---------------------------------------------------------------------- */
 
 static void expect_message(const char *body, zs_status status, const char *part)
@@ -328,6 +365,14 @@ static void test_mistakes(void **unused)
   expect_message("<volume src='lean.nrrd' level='99'/>", ZS_OK, "no surface");
   expect_message("<volume src='lean.nrrd' level='1' label='2'/>", ZS_ERROR_SCHEMA,
                  "'label' cannot be combined");
+  write_text("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  write_text("inside-out.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 3 1\n"
+                               "3 0 2 3\n3 1 3 2\n");
+  write_box("open.obj", 1);
+  expect_message("<distance src='points.obj'/>", ZS_ERROR_GEOMETRY, "the mesh has no triangles");
+  expect_message("<distance src='open.obj'/>", ZS_OK, "not closed: 1 hole, 3 sides");
+  expect_message("<distance src='inside-out.off'/>", ZS_OK, "inside out");
+  expect_message("<distance src='lean.nrrd'/>", ZS_ERROR_ARGUMENT, "no mesh format");
   expect_message("<sample><half-space/></sample>", ZS_ERROR_GEOMETRY, "expected 'min' and 'max'");
   expect_message("<sample min='0 0 0'><sphere/></sample>", ZS_ERROR_SCHEMA, "'max' is missing");
   expect_message("<sample min='0 0 0' max='1 1 0'><sphere/></sample>", ZS_ERROR_GEOMETRY,
@@ -365,6 +410,6 @@ int main(void)
     cmocka_unit_test(test_levels),       cmocka_unit_test(test_places),
     cmocka_unit_test(test_thin),         cmocka_unit_test(test_operation),
     cmocka_unit_test(test_close_bounds), cmocka_unit_test(test_sample),
-    cmocka_unit_test(test_mistakes),     cmocka_unit_test(test_changes)};
+    cmocka_unit_test(test_distance),     cmocka_unit_test(test_mistakes),     cmocka_unit_test(test_changes)};
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }

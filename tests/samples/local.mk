@@ -5,3 +5,5 @@ zs_tests += \
 tests_samples_test_picture_SOURCES = tests/samples/test_picture.c tests/random.h
 tests_samples_test_polygon_SOURCES = tests/samples/test_polygon.c tests/random.h
 tests_samples_test_raster_SOURCES = tests/samples/test_raster.c tests/random.h
+zs_tests += tests/samples/test_triangles
+tests_samples_test_triangles_SOURCES = tests/samples/test_triangles.c tests/random.h
