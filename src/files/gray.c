@@ -97,6 +97,7 @@ static bool read_pgm(reader *r, bool text)
       return fail(r, "a pixel is brighter than the header says is possible");
     r->gray->pixels[i] = (float)sample / (float)most;
   }
+  r->gray->white = (uint32_t)most;
   return true;
 }
 
@@ -152,6 +153,7 @@ static bool make_rows(decoder *d, size_t stride)
 static void deliver(const decoder *d, bool wide)
 {
   zs_gray *gray = d->reader->gray;
+  gray->white = wide ? 65535 : 255;
   for (uint32_t y = 0; y < gray->height; y++)
     for (uint32_t x = 0; x < gray->width; x++) {
       const png_bytep row = d->rows[y];

@@ -7,7 +7,8 @@
 /* Brightness from 0 (black) to 1 (white), rows from the top of the picture. */
 typedef struct zs_gray {
   uint32_t width, height;
-  float *pixels; /* width x height */
+  uint32_t white; /* the number that stands for 1 in the file */
+  float *pixels;  /* width x height */
 } zs_gray;
 
 /* Read a picture; which kind it is, its first bytes tell.  PNG: all kinds;

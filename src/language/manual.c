@@ -12,6 +12,7 @@ static const char *const type_names[] = {
   [ZS_NUMBER] = "number",     [ZS_INTEGER] = "whole number", [ZS_VECTOR2] = "2 numbers",
   [ZS_VECTOR3] = "3 numbers", [ZS_SCALE] = "1 or 3 numbers", [ZS_CHOICE] = "choice",
   [ZS_BOOLEAN] = "choice",    [ZS_TEXT] = "text",            [ZS_FILE] = "file name",
+  [ZS_FILES] = "file names",
   [ZS_NUMBERS] = "numbers",   [ZS_FORMULA] = "formula"};
 
 /* Text for a cell of a table: a bar would end the cell. */

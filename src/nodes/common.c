@@ -129,6 +129,17 @@ zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor)
   return zs_emit(compiler, ZS_FUNCTION_MULTIPLY, value, zs_emit_constant(compiler, factor), 0);
 }
 
+zs_value zs_emit_cut(zs_compiler *compiler, zs_value f, const zs_coordinates *at, double lo,
+                     double hi)
+{
+  zs_value centred = zs_emit(compiler, ZS_FUNCTION_SUBTRACT, zs_emit_coordinate(compiler, at, 2),
+                             zs_emit_constant(compiler, lo + (hi - lo) / 2), 0);
+  zs_value slab = zs_emit(compiler, ZS_FUNCTION_SUBTRACT,
+                          zs_emit_constant(compiler, (hi - lo) / 2),
+                          zs_emit(compiler, ZS_FUNCTION_ABSOLUTE, centred, 0, 0), 0);
+  return zs_emit(compiler, ZS_FUNCTION_MINIMUM, f, slab, 0);
+}
+
 zs_value zs_emit_extruded(zs_compiler *compiler, zs_value f, zs_value z_distance)
 {
   zs_value zero = zs_emit_constant(compiler, 0), d = zs_emit_negated(compiler, f);

@@ -73,6 +73,10 @@ static inline zs_value zs_emit_negated(zs_compiler *compiler, zs_value a)
 /* value * factor, nothing for 1. */
 zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor);
 
+/* The smaller of f and the distance to the slab lo <= z <= hi in `at`'s coordinates. */
+zs_value zs_emit_cut(zs_compiler *compiler, zs_value f, const zs_coordinates *at, double lo,
+                     double hi);
+
 /* f cut by the slab lo <= z <= hi, in `at`'s coordinates, as an exact distance
  * when `f` is one that does not depend on z. */
 zs_value zs_emit_extruded(zs_compiler *compiler, zs_value f, zs_value z_distance);

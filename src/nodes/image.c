@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Rows and columns of black pixels around a picture that distances are found at too: f is
  * then negative along the whole edge. */
@@ -63,22 +64,22 @@ static zs_raster *measured(const zs_node *node, zs_diag *diag)
   return raster;
 }
 
-zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster,
-                        const zs_raster_place *place, const zs_coordinates *at)
+void zs_image_matrix(const zs_image_place *place, double matrix[12])
 {
-  const double s = 1 / place->pixel, ny = place->height;
-  const double x = place->margin - 0.5 - place->origin[0] * s, y = place->origin[1] * s;
-  const double down[12] = {s, 0, 0, x, 0, s, 0, place->margin - 0.5 - y, 0, 0, s,
-                           -place->origin[2] * s};
-  const double up[12] = {s, 0, 0, x, 0, -s, 0, ny - 0.5 + place->margin + y, 0, 0, s,
-                         -place->origin[2] * s};
-  const zs_coordinates index = zs_coordinates_affine(at, place->down ? down : up);
+  const double s = 1 / place->pixel, *o = place->origin;
+  const double down = place->down ? s : -s, from = place->down ? -0.5 : place->rows - 0.5;
+  const double rows[12] = {s, 0, 0, -0.5 - o[0] * s, 0, down, 0, from - o[1] * down,
+                           0, 0, s, -o[2] * s};
+  memcpy(matrix, rows, sizeof rows);
+}
+
+zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster, const zs_coordinates *at)
+{
   zs_value in[3];
   for (int k = 0; k < 3; k++)
-    in[k] = k < 2 || raster->count[2] > 1 ? zs_emit_coordinate(compiler, &index, k)
+    in[k] = k < 2 || raster->count[2] > 1 ? zs_emit_coordinate(compiler, at, k)
                                           : zs_emit_constant(compiler, 0);
-  zs_value f = zs_emit_operation(compiler, &zs_raster_operation, raster, in[0], in[1], in[2]);
-  return zs_emit_scaled(compiler, f, place->pixel);
+  return zs_emit_operation(compiler, &zs_raster_operation, raster, in[0], in[1], in[2]);
 }
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
@@ -91,12 +92,14 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }
-  const zs_raster_place place = {.pixel = p->pixel,
-                                 .height = raster->count[1] - 2 * MARGIN,
-                                 .margin = MARGIN,
-                                 .origin = {p->origin[0], p->origin[1], 0},
-                                 .down = p->y == ZS_IMAGE_Y_DOWN};
-  return zs_raster_emit(compiler, raster, &place, at);
+  const zs_image_place place = {p->pixel, raster->count[1] - 2 * MARGIN,
+                                {p->origin[0], p->origin[1], 0}, p->y == ZS_IMAGE_Y_DOWN};
+  double matrix[12];
+  zs_image_matrix(&place, matrix);
+  matrix[3] += MARGIN;
+  matrix[7] += MARGIN;
+  const zs_coordinates own = zs_coordinates_affine(at, matrix);
+  return zs_emit_scaled(compiler, zs_raster_emit(compiler, raster, &own), p->pixel);
 }
 
 const zs_kind zs_kind_image = {

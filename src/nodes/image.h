@@ -21,18 +21,18 @@ enum { ZS_IMAGE_Y_UP, ZS_IMAGE_Y_DOWN };
             "`up`: the last row of pixels is at the origin, and y grows upwards; `down`: the " \
             "first one is, and y grows from row to row")
 
-/* Where a raster lies whose samples are the centres of pixels, of pictures that have a
- * margin on all sides; its heights are in pixels above the origin. */
-typedef struct zs_raster_place {
-  double pixel, height; /* a pixel's side; rows without margins */
-  double margin;
+/* Where pictures lie. */
+typedef struct zs_image_place {
+  double pixel, rows; /* a pixel's side; how many rows there are */
   double origin[3];
   bool down;
-} zs_raster_place;
+} zs_image_place;
 
-/* f of a raster in pixels, as one of the scene's lengths.  The raster lives as long as the
- * field. */
-zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster,
-                        const zs_raster_place *place, const zs_coordinates *at);
+/* The map (3 x 4) from the scene to columns, rows from the top, and pixels above the origin;
+ * whole numbers at the centres of pixels. */
+void zs_image_matrix(const zs_image_place *place, double matrix[12]);
+
+/* f of a raster in its own coordinates.  It lives as long as the field. */
+zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster, const zs_coordinates *at);
 
 #endif

@@ -295,15 +295,6 @@ static zs_value emit_extended(const builder *b)
 
 /* ---- Ends --------------------------------------------------------------------------- */
 
-static zs_value cut(const builder *b, zs_value f, double lo, double hi)
-{
-  zs_value centred = binary(b, ZS_FUNCTION_SUBTRACT, zs_emit_coordinate(b->compiler, b->along, 2),
-                            number(b, lo + (hi - lo) / 2));
-  zs_value slab = binary(b, ZS_FUNCTION_SUBTRACT, number(b, (hi - lo) / 2),
-                         zs_emit(b->compiler, ZS_FUNCTION_ABSOLUTE, centred, 0, 0));
-  return binary(b, ZS_FUNCTION_MINIMUM, f, slab);
-}
-
 /* f less the square of how far z is beyond a level, over a gap's length. */
 static zs_value rounded(const builder *b, zs_value f, double height, double sign, double length)
 {
@@ -329,7 +320,7 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   const gap *first = &b.gaps[0], *last = &b.gaps[b.count - 1];
   const double lo = height_of(first->below), hi = height_of(last->above);
   if (p->caps == CLOSED)
-    return cut(&b, f, lo, hi);
+    return zs_emit_cut(compiler, f, &along, lo, hi);
   if (p->caps == OPEN)
     return f;
   return rounded(&b, rounded(&b, f, lo, -1, length_of(first)), hi, 1, length_of(last));
@@ -346,8 +337,7 @@ static bool level_box(const zs_node *part, double lo[3], double hi[3])
   if (!compiler)
     return false;
   const zs_coordinates root = zs_coordinates_root();
-  builder b = {.compiler = compiler, .along = &root};
-  const zs_value f = cut(&b, zs_children_emit(compiler, part, &root), -1, 1);
+  const zs_value f = zs_emit_cut(compiler, zs_children_emit(compiler, part, &root), &root, -1, 1);
   zs_field *field = zs_compiler_finish(compiler, f, 1);
   const bool found = field && !diag.errors && zs_field_box(field, lo, hi, &diag);
   zs_field_unref(field);

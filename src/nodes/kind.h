@@ -20,6 +20,7 @@ typedef enum zs_attribute_type {
   ZS_BOOLEAN, /* bool: "true" or "false" */
   ZS_TEXT,    /* const char * */
   ZS_FILE,    /* const char *: the path to open, checked and resolved */
+  ZS_FILES,   /* zs_files: one path, or all that a pattern matches */
   ZS_NUMBERS, /* zs_numbers: any number of numbers */
   ZS_FORMULA  /* zs_formula: text in x, y, z (and f), the scene's parameters */
 } zs_attribute_type;
@@ -28,6 +29,12 @@ typedef struct zs_numbers {
   const double *values;
   size_t count;
 } zs_numbers;
+
+/* Paths to open, in natural order: numbers in names count as numbers. */
+typedef struct zs_files {
+  const char *const *paths;
+  size_t count; /* 0: absent */
+} zs_files;
 
 /* A parsed formula.  Variable i of the expression is a coordinate or f
  * (axis[i] = 0, 1, 2 for x, y, z; 3 for f), or a number (axis[i] = -1). */

@@ -16,7 +16,7 @@ extern const zs_kind zs_kind_blend_union, zs_kind_blend_intersection, zs_kind_bl
 extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_scale_value;
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
   zs_kind_matrix, zs_kind_twist, zs_kind_taper, zs_kind_slice, zs_kind_map;
-extern const zs_kind zs_kind_interpolate, zs_kind_variational;
+extern const zs_kind zs_kind_interpolate, zs_kind_stack, zs_kind_variational;
 extern const zs_kind zs_kind_distance, zs_kind_volume, zs_kind_sample;
 
 const zs_kind *const zs_kinds[] = {
@@ -75,6 +75,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_map,
   /* Interpolation and reconstruction */
   &zs_kind_interpolate,
+  &zs_kind_stack,
   &zs_kind_variational,
   /* Data */
   &zs_kind_distance,

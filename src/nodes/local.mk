@@ -45,6 +45,9 @@ zs_sources += \
   src/nodes/slice.c \
   src/nodes/smooth.c \
   src/nodes/sphere.c \
+  src/nodes/stack.c \
+  src/nodes/stack.h \
+  src/nodes/stack_read.c \
   src/nodes/taper.c \
   src/nodes/torus.c \
   src/nodes/twist.c \

@@ -1,6 +1,9 @@
 #include "scene/scene.h"
 
+#include <ctype.h>
+#include <dirent.h>
 #include <errno.h>
+#include <fnmatch.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -100,4 +103,133 @@ const char *zs_path_resolve(const zs_scene *scene, const char *folder, const cha
     return NULL;
   }
   return path;
+}
+
+/* ---- Patterns -------------------------------------------------------------------- */
+
+enum { MOST_FILES = 100000 };
+
+/* Digits compare as numbers, all else byte by byte. */
+static int compare_naturally(const char *a, const char *b)
+{
+  while (*a && *b) {
+    if (isdigit((unsigned char)*a) && isdigit((unsigned char)*b)) {
+      a += strspn(a, "0");
+      b += strspn(b, "0");
+      const size_t m = strspn(a, "0123456789"), n = strspn(b, "0123456789");
+      const int order = m != n ? (m < n ? -1 : 1) : strncmp(a, b, m);
+      if (order)
+        return order;
+      a += m;
+      b += n;
+    } else if (*a != *b) {
+      break;
+    } else {
+      a++;
+      b++;
+    }
+  }
+  return (unsigned char)*a - (unsigned char)*b;
+}
+
+static int compare_names(const void *left, const void *right)
+{
+  const char *a = *(const char *const *)left, *b = *(const char *const *)right;
+  const int order = compare_naturally(a, b);
+  return order ? order : strcmp(a, b);
+}
+
+/* Names that match a pattern, of the entries of a folder, copied to the arena. */
+typedef struct matches {
+  const char **names;
+  size_t count, capacity;
+} matches;
+
+static bool add_match(matches *all, zs_arena *arena, const char *name)
+{
+  if (all->count == all->capacity) {
+    const size_t capacity = 2 * all->capacity + 64;
+    const char **names = realloc(all->names, capacity * sizeof *names);
+    if (!names)
+      return false;
+    all->names = names;
+    all->capacity = capacity;
+  }
+  all->names[all->count] = zs_arena_string(arena, name, strlen(name));
+  return all->names[all->count++];
+}
+
+static bool list_folder(const char *path, const char *pattern, zs_arena *arena, matches *all,
+                        const zs_place *place, zs_diag *diag)
+{
+  DIR *folder = opendir(*path ? path : ".");
+  if (!folder)
+    return zs_report(diag, ZS_ERROR, ZS_ERROR_IO, place, NULL, "'%s' cannot be opened: %s", path,
+                     strerror(errno));
+  bool memory = true;
+  for (struct dirent *entry; memory && all->count <= MOST_FILES && (entry = readdir(folder));)
+    if (fnmatch(pattern, entry->d_name, FNM_PERIOD) == 0)
+      memory = add_match(all, arena, entry->d_name);
+  closedir(folder);
+  if (!memory)
+    return zs_fail_memory(diag);
+  return all->count <= MOST_FILES ||
+         zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, place, NULL,
+                   "more than %d files match '%s'", MOST_FILES, pattern);
+}
+
+/* Resolve the names in the folder that `reference` names before its last part. */
+static bool resolve_all(const zs_scene *scene, const char *folder, const char *reference,
+                        size_t length, zs_arena *arena, const matches *all, zs_files *files,
+                        const zs_place *place, zs_diag *diag)
+{
+  const char **paths = ZS_ARENA_NEW(arena, const char *, all->count);
+  if (!paths)
+    return zs_fail_memory(diag);
+  for (size_t i = 0; i < all->count; i++) {
+    char *name = ZS_ARENA_NEW(arena, char, length + strlen(all->names[i]) + 1);
+    if (!name)
+      return zs_fail_memory(diag);
+    memcpy(name, reference, length);
+    strcpy(name + length, all->names[i]);
+    paths[i] = zs_path_resolve(scene, folder, name, arena, place, diag);
+    if (!paths[i])
+      return false;
+  }
+  *files = (zs_files){paths, all->count};
+  return true;
+}
+
+bool zs_paths_find(const zs_scene *scene, const char *folder, const char *reference,
+                   zs_arena *arena, zs_files *files, const zs_place *place, zs_diag *diag)
+{
+  const char *slash = strrchr(reference, '/'), *pattern = slash ? slash + 1 : reference;
+  const size_t length = (size_t)(pattern - reference);
+  matches all = {0};
+  if (!strpbrk(pattern, "*?") || is_url(reference)) {
+    if (!add_match(&all, arena, pattern)) {
+      free(all.names);
+      return zs_fail_memory(diag);
+    }
+  } else {
+    const size_t prefix = *reference == '/' ? 0 : strlen(folder);
+    char *path = ZS_ARENA_NEW(arena, char, prefix + length + 1);
+    if (!path)
+      return zs_fail_memory(diag);
+    memcpy(path, folder, prefix);
+    memcpy(path + prefix, reference, length);
+    if (!list_folder(path, pattern, arena, &all, place, diag)) {
+      free(all.names);
+      return false;
+    }
+  }
+  bool done = all.count > 0;
+  if (done) {
+    qsort(all.names, all.count, sizeof *all.names, compare_names);
+    done = resolve_all(scene, folder, reference, length, arena, &all, files, place, diag);
+  } else {
+    zs_report(diag, ZS_ERROR, ZS_ERROR_IO, place, NULL, "no file matches '%s'", reference);
+  }
+  free(all.names);
+  return done;
 }

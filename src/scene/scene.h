@@ -149,6 +149,12 @@ const char *zs_path_folder(const char *name, zs_arena *arena);
 const char *zs_path_resolve(const zs_scene *scene, const char *folder, const char *reference,
                             zs_arena *arena, const zs_place *place, zs_diag *diag);
 
+/* The files that a name leads to which may be a pattern: `*` stands for any characters of the
+ * last part of a name, `?` for one.  In natural order; false after reporting, also when
+ * there are none. */
+bool zs_paths_find(const zs_scene *scene, const char *folder, const char *reference,
+                   zs_arena *arena, zs_files *files, const zs_place *place, zs_diag *diag);
+
 /* ---- expand.c ------------------------------------------------------------ */
 
 /* Expand everything there is, to find its errors. */

@@ -75,6 +75,7 @@ static void describe_noun(const zs_attribute *row, char text[DESCRIPTION_SIZE])
   case ZS_BOOLEAN: describe_more(text, "'true' or 'false'"); break;
   case ZS_TEXT: describe_more(text, "a text"); break;
   case ZS_FILE: describe_more(text, "the name of a file"); break;
+  case ZS_FILES: describe_more(text, "the name of a file, or a pattern with '*'"); break;
   case ZS_FORMULA: describe_more(text, "a formula"); break;
   }
 }
@@ -592,6 +593,14 @@ static bool read_file(const input *in, const char **field)
   return *field;
 }
 
+static bool read_files(const input *in, zs_files *field)
+{
+  zs_place place = zs_attribute_place(in->element, in->written, 0);
+  const zs_file *file = zs_file_of(in->element);
+  return zs_paths_find(in->reading->scene, file->folder, in->written->value, in->reading->arena,
+                       field, &place, in->reading->diag);
+}
+
 /* ---- Formulas ---------------------------------------------------------- */
 
 /* A formula as it is written: an attribute, or the text when `written` is
@@ -682,6 +691,7 @@ static bool read_value(const input *in, void *field)
   case ZS_BOOLEAN: return read_boolean(in, field);
   case ZS_TEXT: return read_text(in, field);
   case ZS_FILE: return read_file(in, field);
+  case ZS_FILES: return read_files(in, field);
   case ZS_FORMULA: return read_formula(in, field);
   }
   return false;

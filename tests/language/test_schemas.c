@@ -155,6 +155,7 @@ static const char *value_of_type(const zs_attribute *attribute)
   case ZS_BOOLEAN:
     return "true";
   case ZS_FILE:
+  case ZS_FILES:
     return "Makefile"; /* of the build folder: a file that is there */
   case ZS_TEXT:
   case ZS_FORMULA:

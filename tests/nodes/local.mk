@@ -8,6 +8,7 @@ zs_tests += \
   tests/nodes/test_morph \
   tests/nodes/test_parts \
   tests/nodes/test_primitives \
+  tests/nodes/test_stack \
   tests/nodes/test_trees \
   tests/nodes/test_variational
 tests_nodes_test_formulas_SOURCES = tests/nodes/test_formulas.c tests/nodes/build.h
@@ -17,6 +18,8 @@ tests_nodes_test_interpolate_SOURCES = \
   tests/nodes/test_interpolate.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_laws_SOURCES = tests/nodes/test_laws.c tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
+tests_nodes_test_stack_SOURCES = \
+  tests/nodes/test_stack.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_trees_SOURCES = \
   tests/nodes/test_trees.c tests/nodes/build.h tests/nodes/random_nodes.h
 tests_nodes_test_variational_SOURCES = \

@@ -1,0 +1,242 @@
+/* Slices in files, joined into a solid. */
+#include "nodes/stack.h"
+
+#include "base/key.h"
+#include "scene/tree.h"
+#include "stack/join.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { AUTO, LINEAR, VARIATIONAL };
+enum { CLOSED, OPEN };
+static const char *const methods[] = {"auto", "linear", "variational", NULL};
+static const char *const caps[] = {"closed", "open", NULL};
+
+static const zs_attribute attributes[] = {
+  {.name = "src", .type = ZS_FILES, .offset = offsetof(struct stack, src), .unit = "",
+   .doc = "the slices: PNG or PGM files by a pattern, such as `slices/*.png`, in natural order "
+          "(9 before 10), or one NRRD, MHD, NIfTI or VTI volume, in its own coordinates"},
+  ZS_LENGTH(struct stack, spacing, "spacing", "1", ZS_RANGE_POSITIVE,
+            "how far the files' slices are apart"),
+  {.name = "levels", .type = ZS_NUMBERS, .offset = offsetof(struct stack, levels),
+   .initial = "", .unit = "length",
+   .doc = "instead of `spacing`: where each file's slice lies, ascending; z of `origin` is then "
+          "left out"},
+  ZS_IMAGE_PIXEL(struct stack),
+  {.name = "level", .type = ZS_NUMBER, .offset = offsetof(struct stack, level), .initial = "",
+   .unit = "1",
+   .doc = "inside is what is at least as bright, where 0 is black and 1 is white, or in a volume "
+          "as large; 0.5 when it is not given"},
+  {.name = "label", .type = ZS_NUMBER, .offset = offsetof(struct stack, label), .initial = "",
+   .unit = "1",
+   .doc = "instead of `level`: inside is what has this number in the file"},
+  {.name = "every", .type = ZS_INTEGER, .offset = offsetof(struct stack, every), .initial = "1",
+   .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1, .maximum = 1e6,
+   .doc = "take every n-th slice only, the first one too"},
+  ZS_POINT(struct stack, origin, "origin", "0 0 0",
+           "where the first picture's corner is that has the least x and y"),
+  ZS_IMAGE_Y(struct stack),
+  ZS_SELECT(struct stack, method, "method", "auto", methods,
+            "`linear`: distances to the outlines, in straight lines from slice to slice; "
+            "`variational`: the surface of least bending through the outlines of every four "
+            "slices; `auto`: variational for three slices and more"),
+  ZS_SELECT(struct stack, caps, "caps", "closed", caps,
+            "`closed`: the solid ends at the first and the last slice; `open`: it goes on as they "
+            "are"),
+};
+
+static bool check_ascending(const zs_node *node, zs_diag *diag)
+{
+  const zs_numbers *levels = &((const struct stack *)node->parameters)->levels;
+  for (size_t i = 1; i < levels->count; i++)
+    if (!(levels->values[i] > levels->values[i - 1]))
+      return zs_node_fail(node, diag, "levels", "%g does not lie beyond %g before it",
+                          levels->values[i], levels->values[i - 1]);
+  return true;
+}
+
+static bool check(const zs_node *node, zs_diag *diag)
+{
+  const struct stack *p = node->parameters;
+  static const char *const of_series[] = {"spacing", "levels", "pixel", "origin", "y"};
+  const bool volume = zs_stack_is_volume(node);
+  for (size_t i = 0; volume && i < ZS_COUNT_OF(of_series); i++)
+    if (zs_node_has(node, of_series[i]))
+      return zs_node_misuse(node, diag, of_series[i], "the volume itself says where it lies");
+  if (zs_node_has(node, "level") && zs_node_has(node, "label"))
+    return zs_node_misuse(node, diag, "label", "'label' cannot be combined with 'level'");
+  if (zs_node_has(node, "levels") && zs_node_has(node, "spacing"))
+    return zs_node_misuse(node, diag, "levels", "'levels' cannot be combined with 'spacing'");
+  if (!volume && !isnan(p->level) && !(p->level > 0 && p->level <= 1))
+    return zs_node_fail(node, diag, "level", "%g is no brightness; expected more than 0, up to 1",
+                        p->level);
+  return check_ascending(node, diag);
+}
+
+/* ---- Joined slices, as scenes remember them ---------------------------------------------- */
+
+typedef struct shared {
+  atomic_uint references;
+  zs_raster *raster;
+  double matrix[12], pixel; /* from the scene to the raster; a pixel's side */
+  double hi;                /* the greatest height in the raster; the least is 0 */
+} shared;
+
+static void *ref(void *data)
+{
+  atomic_fetch_add_explicit(&((shared *)data)->references, 1, memory_order_relaxed);
+  return data;
+}
+
+static void unref(void *data)
+{
+  shared *s = data;
+  if (atomic_fetch_sub_explicit(&s->references, 1, memory_order_acq_rel) > 1)
+    return;
+  zs_raster_free(s->raster);
+  free(s);
+}
+
+static const zs_cache_type type = {ref, unref};
+
+/* What the solid depends on: the attributes, and which state of the files it is. */
+static bool key_of(const zs_node *node, uint64_t key[2])
+{
+  const struct stack *p = node->parameters;
+  const double numbers[] = {p->spacing, p->pixel, isnan(p->level) ? -1 : p->level,
+                            isnan(p->level), isnan(p->label) ? -1 : p->label, isnan(p->label),
+                            p->origin[0], p->origin[1], p->origin[2], p->every, p->method, p->y};
+  zs_key_begin(key, "stack");
+  zs_key_add(key, numbers, sizeof numbers);
+  zs_key_add(key, p->levels.values, p->levels.count * sizeof *p->levels.values);
+  for (size_t i = 0; i < p->src.count; i++) {
+    struct stat status;
+    if (stat(p->src.paths[i], &status) != 0)
+      return false;
+    const uint64_t state[] = {(uint64_t)status.st_dev, (uint64_t)status.st_ino,
+                              (uint64_t)status.st_size, (uint64_t)status.st_mtim.tv_sec,
+                              (uint64_t)status.st_mtim.tv_nsec};
+    zs_key_add(key, state, sizeof state);
+  }
+  return true;
+}
+
+/* Whether there is something to join. */
+static bool check_slices(const zs_node *node, const zs_slices *s, zs_diag *diag)
+{
+  const struct stack *p = node->parameters;
+  bool any = false;
+  for (size_t i = 0; i < s->count; i++)
+    any = any || s->slices[i].distance;
+  if (s->count < 2)
+    return zs_node_fail(node, diag, p->every > 1 ? "every" : "src",
+                        "found %zu slice%s; expected at least 2", s->count,
+                        s->count == 1 ? "" : "s");
+  if (any)
+    return true;
+  return isnan(p->label)
+           ? zs_node_fail(node, diag, zs_node_has(node, "level") ? "level" : "src",
+                          "all %zu slices are empty", s->count)
+           : zs_node_fail(node, diag, "label", "no slice has a %g", p->label);
+}
+
+static bool join(shared *to, const zs_node *node, const zs_stack_read *read,
+                 const zs_control *control, zs_diag *diag)
+{
+  const struct stack *p = node->parameters;
+  const zs_slices *s = &read->slices;
+  const bool linear = p->method == LINEAR || (p->method == AUTO && s->count < 3);
+  zs_joined joined;
+  const zs_join_result result =
+    zs_slices_join(&joined, s, linear ? ZS_JOIN_LINEAR : ZS_JOIN_VARIATIONAL, control);
+  if (result == ZS_JOIN_CANCELLED)
+    return zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");
+  if (result == ZS_JOIN_MEMORY)
+    return zs_fail_memory(diag);
+  to->raster = joined.raster;
+  to->pixel = read->pixel;
+  memcpy(to->matrix, read->matrix, sizeof to->matrix);
+  for (int k = 0; k < 2; k++)
+    to->matrix[4 * k + 3] += (double)s->margin - (double)joined.first[k];
+  to->matrix[11] -= s->slices[0].height;
+  to->hi = s->slices[s->count - 1].height - s->slices[0].height;
+  return true;
+}
+
+/* NULL after reporting. */
+static shared *make(const zs_node *node, const zs_control *control, zs_diag *diag)
+{
+  zs_stack_read read;
+  shared *s = calloc(1, sizeof *s);
+  if (!s) {
+    zs_fail_memory(diag);
+    return NULL;
+  }
+  atomic_init(&s->references, 1);
+  const bool done = zs_stack_read_slices(&read, node, diag) &&
+                    check_slices(node, &read.slices, diag) && join(s, node, &read, control, diag);
+  zs_slices_clear(&read.slices);
+  if (done)
+    return s;
+  unref(s);
+  return NULL;
+}
+
+static shared *find(zs_compiler *compiler, const zs_node *node)
+{
+  struct zs_cache *cache = zs_compiler_cache(compiler);
+  zs_diag *diag = zs_compiler_diag(compiler);
+  uint64_t key[2];
+  const bool has_key = key_of(node, key);
+  shared *s = has_key ? zs_cache_find(cache, key, &type) : NULL;
+  if (s)
+    return s;
+  s = make(node, zs_compiler_control(compiler), diag);
+  /* What cannot be remembered is only made again. */
+  if (s && has_key && cache)
+    zs_cache_add(cache, key, &type, s);
+  return s;
+}
+
+static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  const struct stack *p = node->parameters;
+  shared *s = find(compiler, node);
+  if (!s)
+    return zs_emit_constant(compiler, 0);
+  const double hi = s->hi, pixel = s->pixel;
+  const zs_coordinates own = zs_coordinates_affine(at, s->matrix);
+  if (!zs_compiler_keep(compiler, s, unref)) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return zs_emit_constant(compiler, 0);
+  }
+  zs_value f = zs_raster_emit(compiler, s->raster, &own);
+  if (p->caps == CLOSED)
+    f = zs_emit_cut(compiler, f, &own, 0, hi);
+  return zs_emit_scaled(compiler, f, pixel);
+}
+
+const zs_kind zs_kind_stack = {
+  .name = "stack",
+  .family = ZS_FAMILY_INTERPOLATION,
+  .summary = "slices in files, joined into one solid",
+  .doc = "White is inside, as in `image`. The surface passes through the outlines of all slices, "
+         "smoothly unless the method is linear, and every pixel of a slice is on the side that it "
+         "is in the file. f is sampled on layers about a pixel apart and interpolated by cubics; "
+         "near the surface it is about the distance in the slices' planes. Slices may be empty, "
+         "but not all of them. The solid is made once for all uses and all values of "
+         "parameters.",
+  .source = "radial functions: Savchenko et al., \"Function representation of solids "
+            "reconstructed from scattered surface points and contours\" (1995); Turk, O'Brien, "
+            "\"Shape transformation using variational implicit functions\" (1999)",
+  .attributes = attributes,
+  .attribute_count = ZS_COUNT_OF(attributes),
+  .parameters_size = sizeof(struct stack),
+  .children = ZS_CHILDREN_NONE,
+  .check = check,
+  .emit = emit,
+};

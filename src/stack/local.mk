@@ -1,0 +1,9 @@
+zs_sources += \
+  src/stack/blocks.c \
+  src/stack/blocks.h \
+  src/stack/join.c \
+  src/stack/join.h \
+  src/stack/mend.c \
+  src/stack/slices.c \
+  src/stack/slices.h \
+  src/stack/variational.c

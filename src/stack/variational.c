@@ -1,0 +1,226 @@
+/* Gaps between slices filled by sums of radial functions through their outlines. */
+#include "stack/join.h"
+
+#include "samples/raster_point.h"
+#include "stack/blocks.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static const double PI = 3.14159265358979323846;
+
+/* f is found where the distances, joined, are less than this, by the length of the gap in
+ * pixels; towards there it goes over into these. */
+static const double BAND = 4, BAND_OF_GAP = 0.6, PURE = 0.6;
+
+/* Blocks overlap by this many pixels, or this part of the gap. */
+static const double OVERLAP = 6, OVERLAP_OF_GAP = 0.5;
+
+/* Constraints of a block: they have to reach across several gaps, and so are more where these
+ * are wide. */
+static const double MOST_OF_GAP = 150, LEAST_MOST = 600, MOST_MOST = 1400;
+
+/* Pixels between points of empty slices. */
+enum { LATTICE = 6 };
+
+static double length_of(const zs_joiner *j, size_t gap)
+{
+  return j->slices->slices[gap + 1].height - j->slices->slices[gap].height;
+}
+
+/* ---- Constraints ------------------------------------------------------------------------ */
+
+typedef struct list {
+  zs_block_constraint *items;
+  size_t count, capacity;
+} list;
+
+static bool append(list *l, double x, double y, double z, double value)
+{
+  if (l->count == l->capacity) {
+    const size_t capacity = 2 * l->capacity + 1024;
+    zs_block_constraint *grown = realloc(l->items, capacity * sizeof *grown);
+    if (!grown)
+      return false;
+    l->items = grown;
+    l->capacity = capacity;
+  }
+  l->items[l->count++] = (zs_block_constraint){{x, y, z}, value};
+  return true;
+}
+
+/* What is above and below an empty slice ends before it. */
+static bool append_empty(list *l, const zs_joiner *j, size_t i)
+{
+  const zs_slices *s = j->slices;
+  const double value = (double)zs_joiner_distance(j, i, 0, 0) / 2;
+  for (size_t y = 0; y < s->height; y += LATTICE)
+    for (size_t x = 0; x < s->width; x += LATTICE) {
+      const size_t pixel = y * s->width + x;
+      const bool below = i > 0 && zs_slice_inside(&s->slices[i - 1], pixel);
+      const bool above = i + 1 < s->count && zs_slice_inside(&s->slices[i + 1], pixel);
+      if ((below || above) &&
+          !append(l, (double)x, (double)y, s->slices[i].height, value))
+        return false;
+    }
+  return true;
+}
+
+/* Those of the two slices of a gap and of their neighbours. */
+static bool gather(list *l, const zs_joiner *j, size_t gap)
+{
+  const zs_slices *s = j->slices;
+  for (size_t i = gap > 0 ? gap - 1 : 0; i < s->count && i <= gap + 2; i++) {
+    const zs_stack_slice *slice = &s->slices[i];
+    if (!slice->distance && !append_empty(l, j, i))
+      return false;
+    for (size_t k = 0; k < slice->count; k++) {
+      const zs_slice_point *p = &slice->points[k];
+      if (!append(l, (double)p->x, (double)p->y, slice->height, (double)p->value))
+        return false;
+    }
+  }
+  return true;
+}
+
+/* ---- Layers ----------------------------------------------------------------------------- */
+
+/* Where a layer is, counted in gaps. */
+static double position_of(const zs_joiner *j, uint32_t layer, size_t gap)
+{
+  const float *h = j->raster->heights;
+  const double from = (double)h[j->level[gap]], to = (double)h[j->level[gap + 1]];
+  return (double)gap + ((double)h[layer] - from) / (to - from);
+}
+
+/* How much the sum of a gap counts at a position.  The first and the last reach to the
+ * ends. */
+static double weight_of(const zs_joiner *j, size_t gap, double position)
+{
+  const size_t last = j->slices->count - 2;
+  const double away = position - (double)gap - 0.5;
+  if ((gap == 0 && away < 0) || (gap == last && away > 0))
+    return fabs(away) < 1 ? 1 : 0;
+  const double c = cos(PI / 2 * fmin(fabs(away), 1));
+  return c * c;
+}
+
+static double smooth_step(double t)
+{
+  t = t < 0 ? 0 : t > 1 ? 1 : t;
+  return t * t * (3 - 2 * t);
+}
+
+/* The distances of all slices around a layer, joined by cubics. */
+static void carry(const zs_joiner *j, uint32_t layer, double *carried)
+{
+  const zs_raster *r = j->raster;
+  const size_t n = r->count[0];
+  zs_raster_weights w;
+  const int first = zs_raster_layers(&j->carrier, (double)r->heights[layer], &w);
+  for (size_t i = 0; i < n * r->count[1]; i++)
+    carried[i] = 0;
+  for (int k = 0; k < 4; k++)
+    for (size_t i = 0; w.value[k] != 0 && i < n * r->count[1]; i++)
+      carried[i] += w.value[k] * (double)zs_joiner_distance(j, (size_t)(first + k), i % n, i / n);
+}
+
+/* Room for one layer. */
+typedef struct room {
+  double *carried, *sums, *weights;
+  bool *wanted;
+} room;
+
+static bool make_room(room *r, size_t count)
+{
+  *r = (room){malloc(count * sizeof *r->carried), malloc(count * sizeof *r->sums),
+              malloc(count * sizeof *r->weights), malloc(count * sizeof *r->wanted)};
+  return r->carried && r->sums && r->weights && r->wanted;
+}
+
+static void free_room(room *r)
+{
+  free(r->carried);
+  free(r->sums);
+  free(r->weights);
+  free(r->wanted);
+}
+
+/* Add what the sums of a gap give in a layer, by their weight. */
+static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, uint32_t layer)
+{
+  const zs_raster *r = j->raster;
+  const size_t own = zs_joiner_gap(j, layer), count = (size_t)r->count[0] * r->count[1];
+  const double weight = weight_of(j, gap, position_of(j, layer, own));
+  const double band = BAND + BAND_OF_GAP * length_of(j, own);
+  if (weight == 0)
+    return true;
+  room m;
+  const bool memory = make_room(&m, count);
+  if (memory) {
+    carry(j, layer, m.carried);
+    for (size_t i = 0; i < count; i++) {
+      m.sums[i] = m.weights[i] = 0;
+      m.wanted[i] = fabs(m.carried[i]) < band;
+    }
+    const zs_block_plane plane = {
+      .z = j->slices->slices[0].height + (double)r->heights[layer],
+      .first = {(double)j->first[0], (double)j->first[1]},
+      .size = {r->count[0], r->count[1]},
+      .wanted = m.wanted, .sums = m.sums, .weights = m.weights};
+    zs_blocks_add(blocks, &plane);
+    for (size_t i = 0; i < count; i++) {
+      double f = m.carried[i];
+      if (m.weights[i] > 0) {
+        const double beyond = smooth_step((fabs(f) / band - PURE) / (1 - PURE));
+        f = beyond * f + (1 - beyond) * m.sums[i] / m.weights[i];
+      }
+      *zs_raster_sample(r, i % r->count[0], i / r->count[0], layer) += (float)(weight * f);
+    }
+  }
+  free_room(&m);
+  return memory;
+}
+
+static size_t most_of(double length)
+{
+  return (size_t)fmin(fmax(MOST_OF_GAP * length, LEAST_MOST), MOST_MOST);
+}
+
+static bool add_gap(const zs_joiner *j, size_t gap)
+{
+  list constraints = {0};
+  zs_blocks blocks = {0};
+  const double overlap = fmax(OVERLAP, OVERLAP_OF_GAP * length_of(j, gap));
+  bool memory = gather(&constraints, j, gap) &&
+                zs_blocks_make(&blocks, constraints.items, constraints.count,
+                               most_of(length_of(j, gap)), overlap, j->threads);
+  const size_t last = j->slices->count - 1;
+  const uint32_t from = j->level[gap > 0 ? gap - 1 : 0];
+  const uint32_t to = j->level[gap + 2 < last ? gap + 2 : last];
+#pragma omp parallel for schedule(dynamic, 1) num_threads(j->threads) reduction(&& : memory)
+  for (uint32_t layer = from; layer <= to; layer++)
+    memory = memory && add_layer(j, &blocks, gap, layer);
+  zs_blocks_clear(&blocks);
+  free(constraints.items);
+  return memory;
+}
+
+zs_join_result zs_join_variational(const zs_joiner *j)
+{
+  const zs_control *control = j->control;
+  const zs_raster *r = j->raster;
+  for (size_t z = 0; z < r->count[2]; z++)
+    for (size_t y = 0; y < r->count[1]; y++)
+      for (size_t x = 0; x < r->count[0]; x++)
+        *zs_raster_sample(r, x, y, z) = 0;
+  const size_t gaps = j->slices->count - 1;
+  for (size_t gap = 0; gap < gaps; gap++) {
+    if (control && control->progress &&
+        !control->progress(control->context, "joining slices", (double)gap / (double)gaps))
+      return ZS_JOIN_CANCELLED;
+    if (!add_gap(j, gap))
+      return ZS_JOIN_MEMORY;
+  }
+  return ZS_JOIN_DONE;
+}

@@ -1,0 +1,256 @@
+/* Pictures and stacks of files as nodes: where they lie, in which order, bad input. */
+#include "../random.h"
+#include "scene_text.h"
+
+#include <math.h>
+
+static int set_up(void **state)
+{
+  (void)state;
+  return scratch_make(&folder) ? 0 : -1;
+}
+
+static int tear_down(void **state)
+{
+  (void)state;
+  scratch_remove(&folder);
+  return 0;
+}
+
+enum { WIDTH = 20, HEIGHT = 16 };
+
+/* A disc about (x, y) from the top left, grey value `inside` on black. */
+static void write_disc(const char *name, double x, double y, double radius, int inside)
+{
+  FILE *file = create(name);
+  fprintf(file, "P2\n%d %d\n255\n", WIDTH, HEIGHT);
+  for (int i = 0; i < WIDTH * HEIGHT; i++)
+    fprintf(file, "%d\n", hypot(i % WIDTH + 0.5 - x, i / WIDTH + 0.5 - y) <= radius ? inside : 0);
+  assert_int_equal(fclose(file), 0);
+}
+
+#define DOMAIN "<domain min='-99 -99 -99' max='99 99 99'/>"
+
+/* ---- image --------------------------------------------------------------------------------- */
+
+/* Signs at the centres of pixels, wherever the picture lies. */
+static void test_image(void **unused)
+{
+  (void)unused;
+  static const struct {
+    const char *attributes;
+    double pixel, x, y;
+    bool down;
+  } cases[] = {{"", 1, 0, 0, false},
+               {"y='down'", 1, 0, 0, true},
+               {"pixel='0.25' origin='3 -2 0'", 0.25, 3, -2, false},
+               {"pixel='2' origin='-7 5 9' y='down'", 2, -7, 5, true}};
+  write_disc("disc.pgm", 7, 5, 4.2, 255);
+  for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++) {
+    char text[300];
+    snprintf(text, sizeof text, DOMAIN "<image src='disc.pgm' %s/>", cases[c].attributes);
+    zs_field *field = compile(text);
+    zs_eval *eval = evaluator(field);
+    const double pixel = cases[c].pixel;
+    for (int i = -3; i < WIDTH + 3; i++)
+      for (int j = -3; j < HEIGHT + 3; j++) {
+        const double p[3] = {cases[c].x + (i + 0.5) * pixel,
+                             cases[c].y + (cases[c].down ? j + 0.5 : HEIGHT - 0.5 - j) * pixel, 3};
+        const float x = (float)p[0], y = (float)p[1], z = (float)p[2];
+        float f;
+        zs_eval_values(eval, NULL, 1, &x, &y, &z, &f);
+        const double away = hypot(i + 0.5 - 7, j + 0.5 - 5);
+        assert_true((f >= 0) == (away <= 4.2));
+        assert_true((zs_eval_point(eval, p) >= 0) == (away <= 4.2));
+        assert_true(fabs((double)f / pixel - (4.2 - away)) < 0.9);
+      }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
+/* ---- Order and place ---------------------------------------------------------------------- */
+
+static void write_series(void)
+{
+  /* Discs that move to the right by one a slice; 10 stands after 9. */
+  for (int i = 8; i < 12; i++) {
+    char name[40];
+    snprintf(name, sizeof name, "run%d.pgm", i);
+    write_disc(name, 5 + (i - 8), 8, 4, 255);
+  }
+}
+
+/* The middle of the disc on a plane. */
+static double middle_at(zs_eval *eval, double z, double lo, double hi, double y)
+{
+  double sum = 0, count = 0;
+  for (double x = lo; x < hi; x += (hi - lo) / 400)
+    if (zs_eval_point(eval, (const double[3]){x, y, z}) >= 0) {
+      sum += x;
+      count++;
+    }
+  return sum / count;
+}
+
+static void test_series(void **unused)
+{
+  (void)unused;
+  write_series();
+  static const char *const methods[] = {"auto", "linear", "variational"};
+  for (int m = 0; m < 3; m++) {
+    char text[300];
+    snprintf(text, sizeof text,
+             DOMAIN "<stack src='run*.pgm' spacing='3' pixel='0.5' origin='1 2 10' caps='open' "
+                    "method='%s'/>", methods[m]);
+    zs_field *field = compile(text);
+    zs_eval *eval = evaluator(field);
+    for (int i = 0; i < 7; i++) {
+      const double z = 10 + 1.5 * i, x = 1 + 0.5 * (5 + 0.5 * i);
+      assert_true(fabs(middle_at(eval, z, 0, 12, 6) - x) < 0.15);
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
+static void test_levels_and_every(void **unused)
+{
+  (void)unused;
+  write_series();
+  zs_field *field = compile("<stack src='run*.pgm' levels='-1 0 5 6' method='linear'/>");
+  zs_eval *eval = evaluator(field);
+  double lo[3], hi[3];
+  assert_true(zs_field_box(field, lo, hi, NULL));
+  assert_true(lo[2] > -1.5 && lo[2] < -0.9 && hi[2] > 5.9 && hi[2] < 6.5);
+  assert_true(fabs(middle_at(eval, 5, 0, 20, 8) - 7) < 0.2);
+  assert_true(fabs(middle_at(eval, 2.5, 0, 20, 8) - 6.5) < 0.3);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+  field = compile(DOMAIN "<stack src='run*.pgm' every='3' method='linear' caps='open'/>");
+  eval = evaluator(field);
+  assert_true(fabs(middle_at(eval, 0, 0, 20, 8) - 5) < 0.2);
+  assert_true(fabs(middle_at(eval, 3, 0, 20, 8) - 8) < 0.2);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
+/* Only the slab between the first and the last slice, unless the ends are open. */
+static void test_caps(void **unused)
+{
+  (void)unused;
+  write_series();
+  assert_true(value_in("<stack src='run*.pgm'/>", 6, 8, 3.5) < 0);
+  assert_true(value_in(DOMAIN "<stack src='run*.pgm' caps='open'/>", 6, 8, 3.5) > 0);
+}
+
+static void test_labels(void **unused)
+{
+  (void)unused;
+  for (int i = 0; i < 3; i++) {
+    char name[40];
+    snprintf(name, sizeof name, "label%d.pgm", i);
+    write_disc(name, 8, 8, 4, i == 1 ? 3 : 7);
+  }
+  const char *all = DOMAIN "<stack src='label*.pgm' label='7' caps='open' spacing='8'/>";
+  assert_true(value_in(all, 8, 8, 0) > 0 && value_in(all, 8, 8, 16) > 0);
+  assert_true(value_in(all, 8, 8, 8) < 0); /* there it is another one */
+}
+
+/* A volume with other sides and axes: the file says where it lies. */
+static void test_volume(void **unused)
+{
+  (void)unused;
+  FILE *file = create("labels.nrrd");
+  fprintf(file, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 12 12 6\nspace dimension: 3\n"
+                "space directions: (0,0.5,0) (0,0,0.5) (2,0,0)\nspace origin: (10,20,30)\n"
+                "encoding: raw\n\n");
+  for (int i = 0; i < 12 * 12 * 6; i++)
+    fputc(hypot(i % 12 - 5, i / 12 % 12 - 6) < 4 ? 3 : hypot(i % 12 - 5, 0) < 1 ? 2 : 0, file);
+  assert_int_equal(fclose(file), 0);
+  const char *text = DOMAIN "<stack src='labels.nrrd' label='3' caps='open'/>";
+  zs_field *field = compile(text);
+  zs_eval *eval = evaluator(field);
+  for (double x = 10; x <= 20; x += 1.25) {
+    assert_true(zs_eval_point(eval, (const double[3]){x, 22.5, 33}) > 1);
+    assert_true(fabs(zs_eval_point(eval, (const double[3]){x, 24.5, 33})) < 0.3);
+    assert_true(zs_eval_point(eval, (const double[3]){x, 25.5, 33}) < -0.7);
+  }
+  zs_eval_free(eval);
+  zs_field_unref(field);
+  /* By level both labels count. */
+  assert_true(value_in(DOMAIN "<stack src='labels.nrrd' every='2' caps='open'/>", 14, 22.5, 30) > 0);
+  assert_true(value_in(DOMAIN "<stack src='labels.nrrd' level='2.5' caps='open'/>", 14, 22.5, 30) <
+              0);
+}
+
+/* ---- Bad input --------------------------------------------------------------------------- */
+
+static void expect(const char *body, const char *message)
+{
+  seen s = {.message = ""};
+  zs_diag diag = {.report = keep, .context = &s};
+  zs_scene *scene = parse(body, &diag);
+  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
+  if (field || !strstr(s.message, message))
+    fail_msg("%s: '%s' does not say '%s'", body, s.message, message);
+  zs_field_unref(field);
+  zs_scene_free(scene);
+}
+
+static void test_bad_input(void **unused)
+{
+  (void)unused;
+  write_series();
+  write_disc("gap1.pgm", 8, 8, 4, 255);
+  write_disc("gap2.pgm", 8, 8, 4, 255);
+  write_disc("gap4.pgm", 8, 8, 4, 255);
+  write_disc("black1.pgm", 8, 8, 4, 0);
+  write_disc("black2.pgm", 8, 8, 4, 0);
+  write_disc("size1.pgm", 8, 8, 4, 255);
+  write_text("size2.pgm", "P2\n3 3\n255\n0 0 0 0 255 0 0 0 0\n");
+  write_text("cut.pgm", "P2\n3 3\n255\n0 0 0");
+  write_text("thick.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1 1 2\n"
+                           "spacings: 1 2 1\nencoding: ascii\n\n1 1");
+  expect("<image src='none.png'/>", "'none.png' cannot be opened");
+  expect("<image src='black1.pgm'/>", "no pixel of the picture is as bright as the level, 0.5");
+  expect("<image src='cut.pgm'/>", "ends too early");
+  expect("<stack src='none*.png'/>", "no file matches 'none*.png'");
+  expect("<stack src='nowhere/*.png'/>", "cannot be opened");
+  expect("<stack src='../*'/>", "outside the folder");
+  expect("<stack src='run8.pgm'/>", "found 1 slice; expected at least 2");
+  expect("<stack src='run*.pgm' every='9'/>", "found 1 slice; expected at least 2");
+  expect("<stack src='gap*.pgm'/>", "a file is missing between 'gap2.pgm' and 'gap4.pgm'");
+  expect("<stack src='black*.pgm'/>", "all 2 slices are empty");
+  expect("<stack src='run*.pgm' label='4'/>", "no slice has a 4");
+  expect("<stack src='size*.pgm'/>", "'size2.pgm' has 3 x 3 pixels; those before have 20 x 16");
+  expect("<stack src='run*.pgm' levels='1 2 3'/>", "there are 3 numbers, but 4 files");
+  expect("<stack src='run*.pgm' levels='1 2 2 3'/>", "2 does not lie beyond 2");
+  expect("<stack src='run*.pgm' levels='1 2 3 4' spacing='1'/>", "cannot be combined");
+  expect("<stack src='run*.pgm' level='0.5' label='1'/>", "cannot be combined");
+  expect("<stack src='run*.pgm' level='7'/>", "7 is no brightness");
+  expect("<stack src='run*.pgm' every='0'/>", "expected a whole number");
+  expect("<stack src='thick.nrrd' pixel='2'/>", "the volume itself says");
+  expect("<stack src='thick.nrrd'/>", "expected square ones");
+}
+
+/* A gap in the numbers is no error when heights say that it should be. */
+static void test_gap_with_levels(void **unused)
+{
+  (void)unused;
+  write_disc("gap1.pgm", 8, 8, 4, 255);
+  write_disc("gap2.pgm", 8, 8, 4, 255);
+  write_disc("gap4.pgm", 8, 8, 4, 255);
+  assert_true(value_in("<stack src='gap*.pgm' levels='1 2 4'/>", 8, 8, 3) > 0);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_image),     cmocka_unit_test(test_series),
+    cmocka_unit_test(test_levels_and_every), cmocka_unit_test(test_caps),
+    cmocka_unit_test(test_labels),    cmocka_unit_test(test_volume),
+    cmocka_unit_test(test_bad_input), cmocka_unit_test(test_gap_with_levels),
+  };
+  return cmocka_run_group_tests(tests, set_up, tear_down);
+}

@@ -1,0 +1,114 @@
+/* Fits in blocks: constraints are met, and what one fit gives is given by many. */
+#include "../random.h"
+
+#include "stack/blocks.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+enum { COUNT = 2000, SIDE = 60 };
+
+static double smooth(double x, double y, double z)
+{
+  return sin(x / 9) * cos(y / 11) + z / 20;
+}
+
+static double value_at(const zs_blocks *blocks, double x, double y, double z)
+{
+  const bool wanted = true;
+  double sum = 0, weight = 0;
+  const zs_block_plane plane = {
+    .z = z, .first = {x, y}, .size = {1, 1}, .wanted = &wanted, .sums = &sum, .weights = &weight};
+  zs_blocks_add(blocks, &plane);
+  assert_true(weight > 0);
+  return sum / weight;
+}
+
+static void scatter(zs_block_constraint *c, uint64_t *state)
+{
+  for (int i = 0; i < COUNT; i++) {
+    for (int k = 0; k < 3; k++)
+      c[i].at[k] = random_between(state, 0, k < 2 ? SIDE : 12);
+    c[i].value = smooth(c[i].at[0], c[i].at[1], c[i].at[2]);
+  }
+}
+
+static void test_constraints_are_met(void **unused)
+{
+  (void)unused;
+  static zs_block_constraint c[COUNT];
+  uint64_t state = 1;
+  scatter(c, &state);
+  for (size_t most = 200; most <= 800; most *= 2) {
+    zs_blocks blocks;
+    assert_true(zs_blocks_make(&blocks, c, COUNT, most, 4, 2));
+    assert_true(blocks.count >= COUNT / most);
+    for (int i = 0; i < COUNT; i += 7)
+      assert_true(fabs(value_at(&blocks, c[i].at[0], c[i].at[1], c[i].at[2]) - c[i].value) < 1e-4);
+    for (int i = 0; i < 100; i++) {
+      const double x = random_between(&state, 3, SIDE - 3), y = random_between(&state, 3, SIDE - 3);
+      const double z = random_between(&state, 2, 10);
+      assert_true(fabs(value_at(&blocks, x, y, z) - smooth(x, y, z)) < 0.02);
+    }
+    zs_blocks_clear(&blocks);
+  }
+}
+
+/* The sums of rows are those of their places, wanted ones only. */
+static void test_rows(void **unused)
+{
+  (void)unused;
+  static zs_block_constraint c[COUNT];
+  static bool wanted[SIDE * SIDE];
+  static double sums[SIDE * SIDE], weights[SIDE * SIDE];
+  uint64_t state = 2;
+  zs_blocks blocks;
+  scatter(c, &state);
+  assert_true(zs_blocks_make(&blocks, c, COUNT, 400, 4, 1));
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    wanted[i] = random_below(&state, 3) == 0;
+    sums[i] = weights[i] = 0;
+  }
+  const zs_block_plane plane = {.z = 5, .size = {SIDE, SIDE}, .wanted = wanted, .sums = sums,
+                                .weights = weights};
+  zs_blocks_add(&blocks, &plane);
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    if (!wanted[i])
+      assert_true(sums[i] == 0 && weights[i] == 0);
+    else if (i % 11 == 0)
+      assert_true(fabs(sums[i] / weights[i] - value_at(&blocks, i % SIDE, i / SIDE, 5)) < 1e-9);
+  }
+  zs_blocks_clear(&blocks);
+}
+
+static void test_little(void **unused)
+{
+  (void)unused;
+  const zs_block_constraint c[2] = {{{0, 0, 0}, 1}, {{1, 0, 0}, -1}};
+  const bool wanted = true;
+  double sum = 0, weight = 0;
+  zs_blocks blocks;
+  for (size_t count = 0; count <= 2; count++) { /* too few to say anything */
+    assert_true(zs_blocks_make(&blocks, c, count, 100, 4, 1));
+    const zs_block_plane plane = {
+      .size = {1, 1}, .wanted = &wanted, .sums = &sum, .weights = &weight};
+    zs_blocks_add(&blocks, &plane);
+    assert_true(weight == 0);
+    zs_blocks_clear(&blocks);
+  }
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_constraints_are_met),
+    cmocka_unit_test(test_rows),
+    cmocka_unit_test(test_little),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

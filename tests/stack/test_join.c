@@ -1,0 +1,270 @@
+/* Joined slices: signs of given pixels, solids that are known, empty slices, islands. */
+#include "../random.h"
+
+#include "stack/join.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+enum { SIDE = 40 };
+
+typedef double solid(double x, double y, double z);
+
+/* A slice of a solid, in pixels of two values or soft ones. */
+static void add_slice(zs_slices *s, solid *f, double z, bool soft)
+{
+  static float pixels[SIDE * SIDE];
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    const double d = f(i % SIDE, i / SIDE, z);
+    pixels[i] = soft ? (float)fmin(fmax(0.5 + d / 2, 0), 1) : d >= 0;
+  }
+  const zs_picture picture = {SIDE, SIDE, pixels, 0.5F};
+  assert_true(zs_slices_add(s, &picture, z));
+}
+
+static zs_slices slices_of(solid *f, const double *heights, size_t count, bool soft)
+{
+  zs_slices s = {0};
+  for (size_t i = 0; i < count; i++)
+    add_slice(&s, f, heights[i], soft);
+  return s;
+}
+
+static zs_joined join(const zs_slices *s, zs_join_method method)
+{
+  zs_joined joined;
+  assert_int_equal(zs_slices_join(&joined, s, method, NULL), ZS_JOIN_DONE);
+  return joined;
+}
+
+/* f at a pixel and a height. */
+static double value_of(const zs_joined *j, const zs_slices *s, double x, double y, double z)
+{
+  const double at[3] = {x + (double)s->margin - (double)j->first[0],
+                        y + (double)s->margin - (double)j->first[1], z - s->slices[0].height};
+  return zs_raster_value(j->raster, at, NULL);
+}
+
+static void check_signs(const zs_joined *j, const zs_slices *s)
+{
+  for (size_t i = 0; i < s->count; i++)
+    for (size_t p = 0; p < SIDE * SIDE; p++) {
+      const size_t x = p % SIDE, y = p / SIDE;
+      const size_t pixel = (y + s->margin) * s->width + x + s->margin;
+      const double f = value_of(j, s, (double)x, (double)y, s->slices[i].height);
+      assert_true((f >= 0) == zs_slice_inside(&s->slices[i], pixel));
+    }
+}
+
+/* ---- Solids ------------------------------------------------------------------------------ */
+
+static double ball(double x, double y, double z)
+{
+  return 15 - hypot(hypot(x - 19, y - 20), z);
+}
+
+/* Two legs that meet. */
+static double fork(double x, double y, double z)
+{
+  const double away = z < 0 ? -z / 2 : 0;
+  return 7 - fmin(hypot(x - 24 - away, y - 20), hypot(x - 24 + away, y - 20));
+}
+
+static double noise(double x, double y, double z)
+{
+  return sin(0.7 * x + z) + sin(0.02 * y * y - z) + sin(0.02 * x * z) - 0.7;
+}
+
+static double dot(double x, double y, double z)
+{
+  return fabs(z) < 1 && x == 9 && y == 30 ? 1 : -1;
+}
+
+static const double EVEN[] = {-12, -8, -4, 0, 4, 8, 12}, UNEVEN[] = {-14, -13, -6, -5.5, 0, 9, 13};
+static const double WIDE[] = {-20, 0, 20}, TWO[] = {-1, 6};
+
+static const struct {
+  const double *heights;
+  size_t count;
+} LEVELS[] = {{EVEN, 7}, {UNEVEN, 7}, {WIDE, 3}, {TWO, 2}};
+
+static void test_signs(void **unused)
+{
+  (void)unused;
+  solid *const solids[] = {ball, fork, noise, dot};
+  for (int f = 0; f < 4; f++)
+    for (int l = 0; l < 4; l++)
+      for (int method = 0; method < 2; method++) {
+        zs_slices s = slices_of(solids[f], LEVELS[l].heights, LEVELS[l].count, l % 2);
+        bool any = false;
+        for (size_t i = 0; i < s.count; i++)
+          any = any || s.slices[i].distance;
+        if (any) {
+          zs_joined j = join(&s, method ? ZS_JOIN_VARIATIONAL : ZS_JOIN_LINEAR);
+          check_signs(&j, &s);
+          zs_raster_free(j.raster);
+        }
+        zs_slices_clear(&s);
+      }
+}
+
+/* Between slices the surface of a ball is where it is to a part of a pixel, which straight
+ * lines miss by far. */
+static void test_ball(void **unused)
+{
+  (void)unused;
+  double worst[2] = {0, 0};
+  for (int method = 0; method < 2; method++) {
+    zs_slices s = slices_of(ball, EVEN, 7, true);
+    zs_joined j = join(&s, method ? ZS_JOIN_VARIATIONAL : ZS_JOIN_LINEAR);
+    uint64_t state = 4;
+    for (int i = 0; i < 3000; i++) {
+      const double z = random_between(&state, -9, 9), angle = random_between(&state, 0, 6.28);
+      const double r = sqrt(15 * 15 - z * z);
+      const double f = value_of(&j, &s, 19 + r * cos(angle), 20 + r * sin(angle), z);
+      worst[method] = fmax(worst[method], fabs(f));
+    }
+    zs_raster_free(j.raster);
+    zs_slices_clear(&s);
+  }
+  if (!(worst[1] < 0.12 && worst[0] > 2 * worst[1]))
+    fail_msg("off by %g, in straight lines by %g", worst[1], worst[0]);
+}
+
+/* The slope along the stack hardly changes across a slice. */
+static void test_is_smooth(void **unused)
+{
+  (void)unused;
+  double jump[2] = {0, 0};
+  for (int method = 0; method < 2; method++) {
+    zs_slices s = slices_of(fork, EVEN, 7, true);
+    zs_joined j = join(&s, method ? ZS_JOIN_VARIATIONAL : ZS_JOIN_LINEAR);
+    for (double angle = 0; angle < 6.28; angle += 0.1) {
+      const double x = 24 + 7 * cos(angle), y = 20 + 7 * sin(angle), h = 1e-3;
+      double f[3];
+      for (int k = 0; k < 3; k++)
+        f[k] = value_of(&j, &s, x, y, -4 + (k - 1) * h);
+      jump[method] = fmax(jump[method], fabs(f[2] - 2 * f[1] + f[0]) / h);
+    }
+    zs_raster_free(j.raster);
+    zs_slices_clear(&s);
+  }
+  if (!(jump[1] < 0.01 && jump[1] < jump[0]))
+    fail_msg("slopes jump by %g, in straight lines by %g", jump[1], jump[0]);
+}
+
+/* A solid ends between its last slice and an empty one, which stays empty. */
+static void test_empty_slices(void **unused)
+{
+  (void)unused;
+  static const double heights[] = {-24, -16, -8, 0, 8, 16, 24};
+  zs_slices s = slices_of(ball, heights, 7, false);
+  assert_null(s.slices[0].distance);
+  zs_joined j = join(&s, ZS_JOIN_VARIATIONAL);
+  check_signs(&j, &s);
+  assert_true(value_of(&j, &s, 19, 20, 8) >= 0);
+  assert_true(value_of(&j, &s, 19, 20, 16) < 0);
+  zs_raster_free(j.raster);
+  zs_slices_clear(&s);
+}
+
+/* From below: parts of what is joined that touch no slice would show as inside where the
+ * slices beside them know nothing of it. */
+static void test_no_islands(void **unused)
+{
+  (void)unused;
+  zs_slices s = slices_of(noise, WIDE, 3, false);
+  zs_joined j = join(&s, ZS_JOIN_VARIATIONAL);
+  const uint32_t *n = j.raster->count;
+  const size_t count = (size_t)n[0] * n[1] * n[2];
+  bool *reached = calloc(count, sizeof *reached);
+  size_t *stack = malloc(count * sizeof *stack), used = 0;
+  assert_true(reached && stack);
+  for (size_t i = 0; i < count; i++) {
+    const float height = j.raster->heights[i / n[0] / n[1]];
+    const bool level = height == 0 || height == 20 || height == 40;
+    if (level && *zs_raster_sample(j.raster, i % n[0], i / n[0] % n[1], i / n[0] / n[1]) >= 0) {
+      reached[i] = true;
+      stack[used++] = i;
+    }
+  }
+  while (used) {
+    const size_t i = stack[--used];
+    for (int d = 0; d < 27; d++) {
+      const long x = (long)(i % n[0]) + d % 3 - 1, y = (long)(i / n[0] % n[1]) + d / 3 % 3 - 1,
+                 z = (long)(i / n[0] / n[1]) + d / 9 - 1;
+      if (x < 0 || y < 0 || z < 0 || x >= (long)n[0] || y >= (long)n[1] || z >= (long)n[2])
+        continue;
+      const size_t k = ((size_t)z * n[1] + (size_t)y) * n[0] + (size_t)x;
+      if (!reached[k] && *zs_raster_sample(j.raster, (size_t)x, (size_t)y, (size_t)z) >= 0) {
+        reached[k] = true;
+        stack[used++] = k;
+      }
+    }
+  }
+  for (size_t i = 0; i < count; i++)
+    assert_true(reached[i] || *zs_raster_sample(j.raster, i % n[0], i / n[0] % n[1],
+                                                i / n[0] / n[1]) < 0);
+  free(reached);
+  free(stack);
+  zs_raster_free(j.raster);
+  zs_slices_clear(&s);
+}
+
+/* More threads give the same samples. */
+static void test_threads(void **unused)
+{
+  (void)unused;
+  zs_slices s = slices_of(fork, UNEVEN, 7, false);
+  zs_joined j[2];
+  for (int k = 0; k < 2; k++) {
+    zs_control control;
+    zs_control_init(&control);
+    control.threads = k ? 3 : 1;
+    assert_int_equal(zs_slices_join(&j[k], &s, ZS_JOIN_VARIATIONAL, &control), ZS_JOIN_DONE);
+  }
+  for (size_t z = 0; z < j[0].raster->count[2]; z++)
+    for (size_t y = 0; y < j[0].raster->count[1]; y++)
+      assert_memory_equal(zs_raster_sample(j[0].raster, 0, y, z),
+                          zs_raster_sample(j[1].raster, 0, y, z),
+                          j[0].raster->count[0] * sizeof(float));
+  for (int k = 0; k < 2; k++)
+    zs_raster_free(j[k].raster);
+  zs_slices_clear(&s);
+}
+
+static bool stop(void *context, const char *stage, double fraction)
+{
+  (void)context, (void)stage;
+  return fraction < 0.4;
+}
+
+static void test_cancel(void **unused)
+{
+  (void)unused;
+  zs_slices s = slices_of(ball, EVEN, 7, false);
+  zs_control control;
+  zs_control_init(&control);
+  control.progress = stop;
+  zs_joined j;
+  assert_int_equal(zs_slices_join(&j, &s, ZS_JOIN_VARIATIONAL, &control), ZS_JOIN_CANCELLED);
+  assert_null(j.raster);
+  zs_slices_clear(&s);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_signs),        cmocka_unit_test(test_ball),
+    cmocka_unit_test(test_is_smooth),    cmocka_unit_test(test_empty_slices),
+    cmocka_unit_test(test_no_islands),   cmocka_unit_test(test_threads),
+    cmocka_unit_test(test_cancel),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
