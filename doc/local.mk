@@ -25,6 +25,7 @@ gallery_pictures = \
   doc/gallery/loft.png \
   doc/gallery/morph.png \
   doc/gallery/morph-surface.png \
+  doc/gallery/plate.png \
   doc/gallery/scan.png \
   doc/gallery/surface.png \
   doc/gallery/warp.png \
@@ -32,7 +33,7 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column contours cup figurine flange influence loft morph scan \
+	for name in bracket bunny column contours cup figurine flange influence loft morph plate scan \
 	    surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \

@@ -20,6 +20,8 @@ EXTRA_DIST += \
   scenes/morph/shapes.py \
   scenes/morph/star.xyz \
   scenes/morph/torus.xyz \
+  scenes/plate.xml \
+  scenes/plate/ornament.svg \
   scenes/scan.xml \
   scenes/scan/figurine.nii.gz \
   scenes/surface.xml \

@@ -7,10 +7,15 @@ zs_sources += \
   src/files/nifti.h \
   src/files/number.c \
   src/files/number.h \
+  src/files/outline.c \
+  src/files/outline.h \
+  src/files/path_data.c \
   src/files/points.c \
   src/files/points.h \
   src/files/rings.c \
   src/files/rings.h \
+  src/files/svg.c \
+  src/files/svg.h \
   src/files/text_file.c \
   src/files/text_file.h \
   src/files/volume.c \

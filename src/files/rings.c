@@ -20,7 +20,7 @@ static void *grown(void *array, size_t count, size_t size)
   return count & (count - 1) ? array : realloc(array, (count ? 2 * count : 1) * size);
 }
 
-static bool add_point(zs_rings *rings, const double point[2])
+bool zs_rings_add_point(zs_rings *rings, const double point[2])
 {
   double *points = grown(rings->points, rings->point_count, 2 * sizeof *points);
   if (!points)
@@ -30,8 +30,7 @@ static bool add_point(zs_rings *rings, const double point[2])
   return true;
 }
 
-/* End the ring that has been begun, if it has. */
-static bool end_ring(zs_rings *rings)
+bool zs_rings_end(zs_rings *rings)
 {
   const size_t begin = rings->ring_count ? rings->ends[rings->ring_count - 1] : 0;
   const double *first = rings->points + 2 * begin;
@@ -72,12 +71,12 @@ static bool read_all(zs_text_file *file, zs_rings *rings)
     double point[2];
     if (length && !read_point(file, at, length, point))
       return false;
-    if (length ? !add_point(rings, point) : *at != '#' && !end_ring(rings))
+    if (length ? !zs_rings_add_point(rings, point) : *at != '#' && !zs_rings_end(rings))
       return zs_fail_memory(file->diag);
   }
   if (result == ZS_LINE_FAILED)
     return false;
-  if (!end_ring(rings))
+  if (!zs_rings_end(rings))
     return zs_fail_memory(file->diag);
   return rings->ring_count ||
          zs_fail(file->diag, ZS_ERROR_SYNTAX, file->path, "there are no points in this file");
@@ -101,8 +100,8 @@ bool zs_rings_make(zs_rings *rings, const double *points, size_t count, zs_diag 
   *rings = (zs_rings){0};
   bool memory = true;
   for (size_t i = 0; memory && i < count; i++)
-    memory = add_point(rings, points + 2 * i);
-  if (memory && end_ring(rings))
+    memory = zs_rings_add_point(rings, points + 2 * i);
+  if (memory && zs_rings_end(rings))
     return true;
   zs_rings_clear(rings);
   return zs_fail_memory(diag);

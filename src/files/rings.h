@@ -19,6 +19,11 @@ bool zs_rings_read(zs_rings *rings, const char *path, zs_diag *diag);
 /* One ring of `count` points, copied; false after reporting that memory is out. */
 bool zs_rings_make(zs_rings *rings, const double *points, size_t count, zs_diag *diag);
 
+/* Add a point to the last ring, and end that ring; the next point begins another.  False
+ * when memory is out. */
+bool zs_rings_add_point(zs_rings *rings, const double point[2]);
+bool zs_rings_end(zs_rings *rings);
+
 void zs_rings_clear(zs_rings *rings);
 
 #endif

@@ -32,6 +32,9 @@ zs_sources += \
   src/nodes/kinds.c \
   src/nodes/map.c \
   src/nodes/offset.c \
+  src/nodes/outlined.c \
+  src/nodes/outlined.h \
+  src/nodes/path.c \
   src/nodes/polygon.c \
   src/nodes/rectangle.c \
   src/nodes/revolve.c \

@@ -1,6 +1,8 @@
 /* Parts of <variational> that lie in a plane: contours and pictures. */
 #include "nodes/variational.h"
 
+#include "files/svg.h"
+#include "nodes/outlined.h"
 #include "rbf/contour.h"
 
 #include <math.h>
@@ -48,7 +50,7 @@ static const zs_attribute contour_attributes[] = {
   {.name = "src", .type = ZS_FILE, .offset = offsetof(struct contour, src), .initial = "",
    .unit = "",
    .doc = "instead of `points`: a text file of one corner a line; blank lines end a ring, and "
-          "rings inside others are holes"},
+          "rings inside others are holes; or an SVG file, as `path` reads it"},
   {.name = "spacing", .type = ZS_NUMBER, .offset = offsetof(struct contour, spacing),
    .initial = "auto", .unit = "length", .range = ZS_RANGE_POSITIVE,
    .choices = words,
@@ -149,17 +151,41 @@ static bool has_ending(const char *path, const char *ending)
   return length >= n && strcmp(path + length - n, ending) == 0;
 }
 
+/* The boundary of what an SVG file fills. */
+static bool read_svg(zs_rings *rings, const zs_node *part, const char *path, zs_diag *diag)
+{
+  static const double tolerance = 1e-3; /* by the size of the whole: constraints are no denser */
+  zs_outline outline;
+  zs_fill fill;
+  *rings = (zs_rings){0};
+  if (!zs_svg_read(&outline, path, NULL, false, diag))
+    return false;
+  const bool filled = zs_outlined_fill(&outline, tolerance, false, part, "src", &fill, diag);
+  zs_outline_clear(&outline);
+  if (!filled)
+    return false;
+  const bool memory = zs_fill_rings(&fill, &rings->points, &rings->ends, &rings->ring_count);
+  rings->point_count = fill.count;
+  zs_fill_clear(&fill);
+  return memory || zs_fail_memory(diag);
+}
+
+static bool read_contour(zs_rings *rings, const zs_node *part, zs_diag *diag)
+{
+  const struct contour *p = part->parameters;
+  if (!p->src)
+    return zs_rings_make(rings, p->points.values, p->points.count / 2, diag);
+  return has_ending(p->src, ".svg") ? read_svg(rings, part, p->src, diag)
+                                    : zs_rings_read(rings, p->src, diag);
+}
+
 bool zs_variational_add_contour(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
 {
   const struct contour *p = part->parameters;
   const zs_rbf_plane plane = plane_of(&p->plane, 1);
   const zs_place place = zs_node_place(part, p->src ? "src" : "points");
   zs_rings rings;
-  if (p->src && has_ending(p->src, ".svg"))
-    return zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, &place, NULL,
-                     "SVG files cannot be read; expected a text file of x and y, a corner a line");
-  if (!(p->src ? zs_rings_read(&rings, p->src, diag)
-               : zs_rings_make(&rings, p->points.values, p->points.count / 2, diag)))
+  if (!read_contour(&rings, part, diag))
     return false;
   const bool done = zs_rbf_contour_add(list, &rings, &plane, p->spacing, &place, diag);
   zs_rings_clear(&rings);

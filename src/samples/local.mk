@@ -1,4 +1,6 @@
 zs_sources += \
+  src/samples/fill.c \
+  src/samples/fill.h \
   src/samples/picture.c \
   src/samples/picture.h \
   src/samples/polygon.c \

@@ -108,22 +108,18 @@ static zs_polygon *with_tree(zs_arena *arena, zs_polygon_edge *edges, uint32_t c
   return polygon;
 }
 
-const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t count)
+/* Add an edge unless it has no length. */
+static void add_edge(zs_polygon_edge *edges, uint32_t *used, const double a[2], const double b[2])
 {
-  if (count > UINT32_MAX / 4)
-    return NULL;
-  zs_polygon_edge *edges = ZS_ARENA_NEW(arena, zs_polygon_edge, count);
-  if (!edges)
-    return NULL;
-  uint32_t used = 0;
-  for (size_t i = 0; i < count; i++) {
-    const double *a = points + 2 * i, *b = points + 2 * ((i + 1) % count);
-    const double x = b[0] - a[0], y = b[1] - a[1], length = hypot(x, y);
-    if (length > 0)
-      edges[used++] = (zs_polygon_edge){
-        {a[0], a[1]}, {b[0], b[1]}, {x / length, y / length}, length};
-  }
-  zs_polygon *polygon = used ? with_tree(arena, edges, used) : NULL;
+  const double x = b[0] - a[0], y = b[1] - a[1], length = hypot(x, y);
+  if (length > 0)
+    edges[(*used)++] =
+      (zs_polygon_edge){{a[0], a[1]}, {b[0], b[1]}, {x / length, y / length}, length};
+}
+
+static const zs_polygon *finished(zs_arena *arena, zs_polygon_edge *edges, uint32_t count)
+{
+  zs_polygon *polygon = count ? with_tree(arena, edges, count) : NULL;
   if (!polygon)
     return NULL;
   /* Well outside, and on no line that an author's polygon is likely to have. */
@@ -132,6 +128,26 @@ const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t c
   polygon->reference[0] = (float)(all->lo[0] - 0.618 * size);
   polygon->reference[1] = (float)(all->lo[1] - 0.271 * size);
   return polygon;
+}
+
+const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t count)
+{
+  zs_polygon_edge *edges =
+    count <= UINT32_MAX / 4 ? ZS_ARENA_NEW(arena, zs_polygon_edge, count) : NULL;
+  uint32_t used = 0;
+  for (size_t i = 0; edges && i < count; i++)
+    add_edge(edges, &used, points + 2 * i, points + 2 * ((i + 1) % count));
+  return finished(arena, edges, used);
+}
+
+const zs_polygon *zs_polygon_of_edges(zs_arena *arena, double (*list)[4], size_t count)
+{
+  zs_polygon_edge *edges =
+    count <= UINT32_MAX / 4 ? ZS_ARENA_NEW(arena, zs_polygon_edge, count) : NULL;
+  uint32_t used = 0;
+  for (size_t i = 0; edges && i < count; i++)
+    add_edge(edges, &used, list[i], list[i] + 2);
+  return finished(arena, edges, used);
 }
 
 /* ---- Questions ------------------------------------------------------------------ */

@@ -38,6 +38,10 @@ typedef struct zs_polygon {
  * out or no edge is left. */
 const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t count);
 
+/* The same for edges from (e[0], e[1]) to (e[2], e[3]), in any order, which are rings
+ * together. */
+const zs_polygon *zs_polygon_of_edges(zs_arena *arena, double (*edges)[4], size_t count);
+
 /* The signed distance at a point: logarithmic in the number of edges. */
 double zs_polygon_distance(const zs_polygon *polygon, double x, double y);
 

@@ -106,6 +106,7 @@ static const struct {
 } sample_values[] = {
   {"extrude", "height", "1"},
   {"matrix", "values", "1 0 0 0 0 1 0 0 0 0 1 0"},
+  {"path", "d", "M0 0H1V1Z"},
   {"polygon", "points", "0 0 1 0 0 1"},
   {"regular-polygon", "sides", "5"},
   {"slab", "min", "0"},

@@ -7,6 +7,7 @@ zs_tests += \
   tests/nodes/test_laws \
   tests/nodes/test_morph \
   tests/nodes/test_parts \
+  tests/nodes/test_path \
   tests/nodes/test_primitives \
   tests/nodes/test_stack \
   tests/nodes/test_trees \
@@ -32,3 +33,5 @@ tests_nodes_test_fits_SOURCES = \
   tests/nodes/test_fits.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_data_SOURCES = \
   tests/nodes/test_data.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_path_SOURCES = \
+  tests/nodes/test_path.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

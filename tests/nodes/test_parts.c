@@ -45,8 +45,10 @@ static void contours_are_plane_shapes(void **state)
   write_text("square.txt", "# a rectangle\n0 0\n2 0\n2 1\n0 1\n");
   static const char *const scenes[] = {
     "<variational><contour points='" SQUARE "'/></variational>",
-    "<variational dimension='2'><contour src='square.txt'/></variational>"};
-  for (int s = 0; s < 2; s++) {
+    "<variational dimension='2'><contour src='square.txt'/></variational>",
+    "<variational><contour src='square.svg'/></variational>"};
+  write_text("square.svg", "<svg viewBox='0 0 3 2'><rect y='1' width='2' height='1'/></svg>");
+  for (int s = 0; s < 3; s++) {
     zs_field *field = compile(scenes[s]);
     zs_eval *eval = evaluator(field);
     zs_fit_info info;
@@ -345,7 +347,8 @@ static void mistakes_are_explained(void **state)
      "cannot be combined", 3, ZS_ERROR_SCHEMA},
     {"<variational dimension='2'>\n<contour points='" SQUARE "' z='1'/></variational>",
      "lies in space", 3, ZS_ERROR_SCHEMA},
-    {"<variational>\n<contour src='shape.svg'/></variational>", "SVG", 3, ZS_ERROR_SCHEMA},
+    {"<variational>\n<contour src='shape.svg'/></variational>", "there are no shapes", 1,
+     ZS_ERROR_GEOMETRY},
     {"<variational>\n<image src='black.png'/></variational>", "the picture is black", 3,
      ZS_ERROR_GEOMETRY},
     {"<variational>\n<image src='black.png' z='1'/></variational>", "the picture is black", 3,

@@ -121,7 +121,7 @@ static void bad_rings_are_refused(void **state)
 
 enum { WIDTH = 40, HEIGHT = 30 };
 static float pixels[WIDTH * HEIGHT];
-static const zs_gray picture = {WIDTH, HEIGHT, pixels};
+static const zs_gray picture = {.width = WIDTH, .height = HEIGHT, .pixels = pixels};
 
 /* A disc with a soft edge: brightness falls by 1/4 a pixel. */
 static void draw_disc(double x, double y, double radius)

@@ -7,3 +7,5 @@ tests_samples_test_polygon_SOURCES = tests/samples/test_polygon.c tests/random.h
 tests_samples_test_raster_SOURCES = tests/samples/test_raster.c tests/random.h
 zs_tests += tests/samples/test_triangles
 tests_samples_test_triangles_SOURCES = tests/samples/test_triangles.c tests/random.h
+zs_tests += tests/samples/test_fill
+tests_samples_test_fill_SOURCES = tests/samples/test_fill.c tests/random.h

@@ -1,0 +1,21 @@
+/* SVG files as outlines. */
+#ifndef ZS_SVG_H
+#define ZS_SVG_H
+
+#include "files/outline.h"
+
+/* Read the shapes of an SVG file, one for every <path>, <rect>, <circle>, <ellipse>,
+ * <polygon> and <polyline>, in groups and nested documents, under all transforms, however
+ * they are painted.  What is not displayed or only defined (<defs>, <symbol>, <clipPath>,
+ * ...) is left out, and text and pictures too, with a warning.  A page whose size is in a
+ * unit of length (mm, cm, in, pt, pc, Q) is read in millimetres, others in pixels.  y grows
+ * upwards from the lower side of the page, or with `down` downwards from its upper one.
+ *
+ * `group` is the id of the element to read, or NULL for the whole document.
+ *
+ * False after reporting with file, line, element and attribute; the outline is then
+ * empty.  No shape at all is an error. */
+bool zs_svg_read(zs_outline *outline, const char *path, const char *group, bool down,
+                 zs_diag *diag);
+
+#endif
