@@ -100,13 +100,17 @@ static size_t chords(double number)
   return number < 1 ? 1 : number > MOST_CHORDS ? MOST_CHORDS : (size_t)ceil(number);
 }
 
+static double second_difference(const double a[2], const double b[2], const double c[2])
+{
+  return hypot(a[0] - 2 * b[0] + c[0], a[1] - 2 * b[1] + c[1]);
+}
+
 /* A curve whose second derivative is at most m leaves its n chords by no more than
  * m / 8 n^2 (that of a cubic is six times its larger second difference). */
 static size_t cubic_chords(const double from[2], const zs_stroke *s, double tolerance)
 {
-  const double a = hypot(from[0] - 2 * s->p[0][0] + s->p[1][0], from[1] - 2 * s->p[0][1] + s->p[1][1]);
-  const double b = hypot(s->p[0][0] - 2 * s->p[1][0] + s->p[2][0],
-                         s->p[0][1] - 2 * s->p[1][1] + s->p[2][1]);
+  const double a = second_difference(from, s->p[0], s->p[1]);
+  const double b = second_difference(s->p[0], s->p[1], s->p[2]);
   return chords(sqrt(0.75 * fmax(a, b) / tolerance));
 }
 

@@ -144,7 +144,7 @@ static bool is_property(const zs_element *e, const char *name, const char *expec
   return n == strlen(expected) && memcmp(text, expected, n) == 0;
 }
 
-/* ---- Maps ------------------------------------------------------------------------------------ */
+/* ---- Maps -------------------------------------------------------------------------------- */
 
 /* map = map * inner: `inner` is applied first. */
 static void compose(double map[6], const double inner[6])
@@ -233,7 +233,7 @@ static bool apply_view_box(reader *r, const zs_element *e, const double size[2],
   return true;
 }
 
-/* ---- Shapes ------------------------------------------------------------------------------------ */
+/* ---- Shapes ------------------------------------------------------------------------------ */
 
 static bool stroke(reader *r, const context *c, zs_stroke s)
 {
@@ -246,8 +246,8 @@ static bool begin(reader *r, const context *c)
 }
 
 /* Part of an ellipse about (x, y), in quarters of a turn, to where it ends. */
-static bool quarter_arcs(reader *r, const context *c, const double centre[2], const double radius[2],
-                         int from, int count)
+static bool quarter_arcs(reader *r, const context *c, const double centre[2],
+                         const double radius[2], int from, int count)
 {
   const double turn = 3.14159265358979323846 / 2;
   const int end = from + count;
@@ -359,7 +359,7 @@ static bool read_path(reader *r, const zs_element *e, const context *c)
   return zs_report(r->diag, ZS_ERROR, ZS_ERROR_SYNTAX, &place, NULL, "%s", error.message);
 }
 
-/* ---- Elements --------------------------------------------------------------------------------- */
+/* ---- Elements ---------------------------------------------------------------------------- */
 
 static bool is_one_of(const char *name, const char *const *list)
 {
@@ -458,7 +458,8 @@ static bool enter_page(reader *r, const zs_element *root, bool down, context *c)
     else if (!length(r, root, name, 0, 0, &size[k]))
       return false;
   }
-  const double unit = is_physical(root, "width") || is_physical(root, "height") ? 1 / MILLIMETRE : 1;
+  const bool physical = is_physical(root, "width") || is_physical(root, "height");
+  const double unit = physical ? 1 / MILLIMETRE : 1;
   compose(c->map, (const double[6]){unit, 0, 0, down ? unit : -unit, 0, down ? 0 : unit * size[1]});
   return apply_view_box(r, root, size, c->map, c->size);
 }

@@ -35,17 +35,35 @@ bool zs_volume_read_vti(zs_volume_input *input);
 bool zs_volume_input_open(zs_volume_input *input, const char *path, zs_diag *diag);
 void zs_volume_input_close(zs_volume_input *input);
 
-/* Open the file that a header names as `reference`: it must be in the header's
- * folder or below.  `field` is the header's word for it.  False after reporting;
- * *path is for free() when it is true. */
-bool zs_volume_input_beside(zs_volume_input *data, const zs_volume_input *header,
-                            const char *field, const char *reference, char **path);
+/* Check how a header names its data: one file.  False after reporting. */
+bool zs_volume_check_data_file(const zs_volume_input *input, const char *field,
+                               const char *reference);
+
+/* Call `read` with what a header says and the open file that it names as `reference`, which
+ * must be in the header's folder or below.  `field` is the header's word for it. */
+typedef bool zs_volume_data_reader(const void *header, zs_volume_input *data, uint64_t offset);
+bool zs_volume_read_beside(const zs_volume_input *input, const char *field, const char *reference,
+                           zs_volume_data_reader *read, const void *header);
+
+/* Call `read` with the text that a file begins with, `header` and a byte 0 behind it. */
+enum { ZS_VOLUME_MOST_HEADER = 1 << 20 };
+typedef bool zs_volume_text_reader(void *header, char *text, size_t length);
+bool zs_volume_read_header(const zs_volume_input *input, zs_volume_text_reader *read,
+                           void *header);
 
 /* Report about a field of the header (NULL: about the file); returns false. */
 bool zs_volume_fail(const zs_volume_input *input, const char *field, const char *format, ...)
   __attribute__((format(printf, 3, 4)));
 
 /* ---- Headers ------------------------------------------------------------------ */
+
+/* Names of types, and the type that a header names; false after reporting. */
+typedef struct zs_voxel_type_name {
+  const char *name;
+  zs_voxel_type type;
+} zs_voxel_type_name;
+bool zs_volume_set_type(zs_volume_input *input, const char *field, const char *name,
+                        const zs_voxel_type_name *names, size_t count);
 
 /* Numbers of a text, separated by blanks, commas or parentheses: how many there
  * are, of which at most `most` are stored; -1: something else is among them. */

@@ -2,21 +2,18 @@
 #define _POSIX_C_SOURCE 200809L
 #include "files/volume_input.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
-enum { MOST_HEADER = 1 << 20, MOST_AXES = 10 };
+enum { MOST_AXES = 10 };
 
-static const struct {
-  const char *name;
-  zs_voxel_type type;
-} types[] = {{"MET_UCHAR", ZS_VOXEL_U8},      {"MET_CHAR", ZS_VOXEL_I8},
-             {"MET_USHORT", ZS_VOXEL_U16},    {"MET_SHORT", ZS_VOXEL_I16},
-             {"MET_UINT", ZS_VOXEL_U32},      {"MET_INT", ZS_VOXEL_I32},
-             {"MET_ULONG", ZS_VOXEL_U32},     {"MET_LONG", ZS_VOXEL_I32},
-             {"MET_ULONG_LONG", ZS_VOXEL_U64}, {"MET_LONG_LONG", ZS_VOXEL_I64},
-             {"MET_FLOAT", ZS_VOXEL_F32},     {"MET_DOUBLE", ZS_VOXEL_F64}};
+static const zs_voxel_type_name types[] = {
+  {"MET_UCHAR", ZS_VOXEL_U8},      {"MET_CHAR", ZS_VOXEL_I8},
+  {"MET_USHORT", ZS_VOXEL_U16},    {"MET_SHORT", ZS_VOXEL_I16},
+  {"MET_UINT", ZS_VOXEL_U32},      {"MET_INT", ZS_VOXEL_I32},
+  {"MET_ULONG", ZS_VOXEL_U32},     {"MET_LONG", ZS_VOXEL_I32},
+  {"MET_ULONG_LONG", ZS_VOXEL_U64}, {"MET_LONG_LONG", ZS_VOXEL_I64},
+  {"MET_FLOAT", ZS_VOXEL_F32},     {"MET_DOUBLE", ZS_VOXEL_F64}};
 
 /* What the header says. */
 typedef struct header {
@@ -78,14 +75,9 @@ static bool set_matrix(header *h, const char *field, char *value)
 
 static bool set_type(header *h, const char *field, char *value)
 {
-  for (size_t i = 0; i < sizeof types / sizeof *types; i++)
-    if (strcasecmp(value, types[i].name) == 0) {
-      h->input->volume->type = types[i].type;
-      h->has_type = true;
-      return true;
-    }
-  return zs_volume_fail(h->input, field, "'%.40s' is not a type of numbers that can be read",
-                        value);
+  h->has_type =
+    zs_volume_set_type(h->input, field, value, types, sizeof types / sizeof *types);
+  return h->has_type;
 }
 
 static bool set_channels(header *h, const char *field, char *value)
@@ -125,10 +117,8 @@ static bool set_header_size(header *h, const char *field, char *value)
 
 static bool set_data_file(header *h, const char *field, char *value)
 {
-  if (strncmp(value, "LIST", 4) == 0 || strchr(value, '%'))
-    return zs_volume_fail(h->input, field, "lists of data files cannot be read; expected one file");
   h->data_file = value;
-  return true;
+  return zs_volume_check_data_file(h->input, field, value);
 }
 
 static const struct {
@@ -206,8 +196,9 @@ static bool place(const header *h)
                             h->origin);
 }
 
-static bool read_samples(const header *h, zs_volume_input *data, uint64_t offset)
+static bool read_samples(const void *of, zs_volume_input *data, uint64_t offset)
 {
+  const header *h = of;
   const zs_volume *volume = data->volume;
   const zs_encoding encoding = !h->binary      ? ZS_ENCODING_TEXT
                                : h->compressed ? ZS_ENCODING_ZLIB
@@ -221,22 +212,16 @@ static bool read_samples(const header *h, zs_volume_input *data, uint64_t offset
   return zs_volume_read_data(data, offset, 0, encoding, h->big_endian);
 }
 
-static bool read_file(header *h, char *text, size_t length)
+static bool read_file(void *of, char *text, size_t length)
 {
+  header *h = of;
   size_t end = 0;
   if (!read_lines(h, text, length, &end) ||
       !zs_volume_set_sizes(h->input, "DimSize", h->sizes, h->dimension) || !place(h))
     return false;
   if (strcasecmp(h->data_file, "LOCAL") == 0)
     return read_samples(h, h->input, end);
-  zs_volume_input data;
-  char *path;
-  if (!zs_volume_input_beside(&data, h->input, "ElementDataFile", h->data_file, &path))
-    return false;
-  const bool done = read_samples(h, &data, 0);
-  zs_volume_input_close(&data);
-  free(path);
-  return done;
+  return zs_volume_read_beside(h->input, "ElementDataFile", h->data_file, read_samples, h);
 }
 
 bool zs_volume_read_meta(zs_volume_input *input)
@@ -244,12 +229,5 @@ bool zs_volume_read_meta(zs_volume_input *input)
   header h = {.input = input, .binary = true};
   for (int k = 0; k < MOST_AXES; k++)
     h.spacing[k] = 1;
-  char *text = malloc(MOST_HEADER + 1);
-  if (!text)
-    return zs_fail_memory(input->diag);
-  const size_t length = fread(text, 1, MOST_HEADER, input->stream);
-  text[length] = '\0';
-  const bool done = read_file(&h, text, length);
-  free(text);
-  return done;
+  return zs_volume_read_header(input, read_file, &h);
 }

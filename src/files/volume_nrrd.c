@@ -5,16 +5,12 @@
 #include "base/expression.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
-enum { MOST_AXES = 16, MOST_HEADER = 1 << 20 };
+enum { MOST_AXES = 16 };
 
-static const struct {
-  const char *name;
-  zs_voxel_type type;
-} types[] = {
+static const zs_voxel_type_name types[] = {
   {"signed char", ZS_VOXEL_I8}, {"int8", ZS_VOXEL_I8}, {"int8_t", ZS_VOXEL_I8},
   {"uchar", ZS_VOXEL_U8}, {"unsigned char", ZS_VOXEL_U8}, {"uint8", ZS_VOXEL_U8},
   {"uint8_t", ZS_VOXEL_U8},
@@ -58,14 +54,9 @@ typedef struct header {
 
 static bool set_type(header *h, const char *field, char *value)
 {
-  for (size_t i = 0; i < sizeof types / sizeof *types; i++)
-    if (strcasecmp(value, types[i].name) == 0) {
-      h->input->volume->type = types[i].type;
-      h->has_type = true;
-      return true;
-    }
-  return zs_volume_fail(h->input, field, "'%.40s' is not a type of numbers that can be read",
-                        value);
+  h->has_type =
+    zs_volume_set_type(h->input, field, value, types, sizeof types / sizeof *types);
+  return h->has_type;
 }
 
 static bool set_encoding(header *h, const char *field, char *value)
@@ -229,10 +220,8 @@ static bool set_byte_skip(header *h, const char *field, char *value)
 
 static bool set_data_file(header *h, const char *field, char *value)
 {
-  if (strncmp(value, "LIST", 4) == 0 || strchr(value, '%'))
-    return zs_volume_fail(h->input, field, "lists of data files cannot be read; expected one file");
   h->data_file = value;
-  return true;
+  return zs_volume_check_data_file(h->input, field, value);
 }
 
 static const struct {
@@ -297,8 +286,9 @@ static bool read_lines(header *h, char *text, size_t length, size_t *end)
     line = next;
   }
   *end = length;
-  return length < MOST_HEADER ||
-         zs_volume_fail(h->input, NULL, "the header does not end within %d bytes", MOST_HEADER);
+  return length < ZS_VOLUME_MOST_HEADER ||
+         zs_volume_fail(h->input, NULL, "the header does not end within %d bytes",
+                        ZS_VOLUME_MOST_HEADER);
 }
 
 /* ---- What they amount to ---------------------------------------------------------------- */
@@ -374,8 +364,9 @@ static bool skip_lines(FILE *stream, long count)
   return count == 0;
 }
 
-static bool read_samples(const header *h, zs_volume_input *data, uint64_t offset)
+static bool read_samples(const void *of, zs_volume_input *data, uint64_t offset)
 {
+  const header *h = of;
   const zs_volume *volume = data->volume;
   uint64_t before = 0;
   if (h->line_skip) {
@@ -400,24 +391,19 @@ static bool read_samples(const header *h, zs_volume_input *data, uint64_t offset
   return zs_volume_read_data(data, offset, before, h->encoding, h->big_endian);
 }
 
-static bool read_file(header *h, char *text, size_t length)
+static bool read_file(void *of, char *text, size_t length)
 {
+  header *h = of;
   size_t end;
   if (length < 8 || memcmp(text, "NRRD000", 7) != 0)
-    return zs_volume_fail(h->input, NULL, "this is not an NRRD file: it does not begin with NRRD000");
+    return zs_volume_fail(h->input, NULL,
+                          "this is not an NRRD file: it does not begin with NRRD000");
   if (!read_lines(h, text, length, &end) || !check_header(h) || !keep_space_axes(h) ||
       !zs_volume_set_sizes(h->input, "sizes", h->sizes, h->dimension) || !place(h))
     return false;
   if (!h->data_file)
     return read_samples(h, h->input, end);
-  zs_volume_input data;
-  char *path;
-  if (!zs_volume_input_beside(&data, h->input, "data file", h->data_file, &path))
-    return false;
-  const bool done = read_samples(h, &data, 0);
-  zs_volume_input_close(&data);
-  free(path);
-  return done;
+  return zs_volume_read_beside(h->input, "data file", h->data_file, read_samples, h);
 }
 
 bool zs_volume_read_nrrd(zs_volume_input *input)
@@ -425,12 +411,5 @@ bool zs_volume_read_nrrd(zs_volume_input *input)
   header h = {.input = input};
   for (int k = 0; k < MOST_AXES; k++)
     h.spacings[k] = 1;
-  char *text = malloc(MOST_HEADER + 1);
-  if (!text)
-    return zs_fail_memory(input->diag);
-  const size_t length = fread(text, 1, MOST_HEADER, input->stream);
-  text[length] = '\0';
-  const bool done = read_file(&h, text, length);
-  free(text);
-  return done;
+  return zs_volume_read_header(input, read_file, &h);
 }

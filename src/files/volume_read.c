@@ -140,38 +140,73 @@ static bool is_beside(const char *path, const char *other)
   return beside;
 }
 
-bool zs_volume_input_beside(zs_volume_input *data, const zs_volume_input *header,
-                            const char *field, const char *reference, char **path)
+static bool open_beside(zs_volume_input *data, const zs_volume_input *header, const char *field,
+                        const char *reference, const char *path)
 {
-  const char *slash = strrchr(header->path, '/');
-  const size_t folder = slash ? (size_t)(slash - header->path) + 1 : 0;
-  *path = NULL;
-  if (!*reference || *reference == '/' || strstr(reference, "://"))
-    return zs_volume_fail(header, field, "'%.80s' is not the name of a file in this folder",
-                          reference);
-  char *name = malloc(folder + strlen(reference) + 1);
-  if (!name)
-    return zs_fail_memory(header->diag);
-  memcpy(name, header->path, folder);
-  strcpy(name + folder, reference);
-  bool open = false;
-  if (access(name, R_OK) != 0)
-    zs_fail(header->diag, ZS_ERROR_IO, header->path, "%s: '%.80s' cannot be opened: %s", field,
-            reference, strerror(errno));
-  else if (!is_beside(name, header->path))
-    zs_volume_fail(header, field, "'%.80s' is outside the folder of this file", reference);
-  else
-    open = zs_volume_input_open(data, name, header->diag);
-  if (!open) {
-    free(name);
-    return false;
+  if (access(path, R_OK) != 0)
+    return zs_fail(header->diag, ZS_ERROR_IO, header->path, "%s: '%.80s' cannot be opened: %s",
+                   field, reference, strerror(errno));
+  if (!is_beside(path, header->path))
+    return zs_volume_fail(header, field, "'%.80s' is outside the folder of this file", reference);
+  return zs_volume_input_open(data, path, header->diag);
+}
+
+bool zs_volume_check_data_file(const zs_volume_input *input, const char *field,
+                               const char *reference)
+{
+  if (strncmp(reference, "LIST", 4) == 0 || strchr(reference, '%'))
+    return zs_volume_fail(input, field, "lists of data files cannot be read; expected one file");
+  return (*reference && *reference != '/' && !strstr(reference, "://")) ||
+         zs_volume_fail(input, field, "'%.80s' is not the name of a file in this folder",
+                        reference);
+}
+
+bool zs_volume_read_beside(const zs_volume_input *input, const char *field, const char *reference,
+                           zs_volume_data_reader *read, const void *header)
+{
+  const char *slash = strrchr(input->path, '/');
+  const size_t folder = slash ? (size_t)(slash - input->path) + 1 : 0;
+  char *path = malloc(folder + strlen(reference) + 1);
+  zs_volume_input data;
+  if (!path)
+    return zs_fail_memory(input->diag);
+  memcpy(path, input->path, folder);
+  strcpy(path + folder, reference);
+  bool done = open_beside(&data, input, field, reference, path);
+  if (done) {
+    data.volume = input->volume;
+    done = read(header, &data, 0);
+    zs_volume_input_close(&data);
   }
-  data->volume = header->volume;
-  *path = name;
-  return true;
+  free(path);
+  return done;
 }
 
 /* ---- Headers ----------------------------------------------------------------------- */
+
+bool zs_volume_read_header(const zs_volume_input *input, zs_volume_text_reader *read,
+                           void *header)
+{
+  char *text = malloc(ZS_VOLUME_MOST_HEADER + 1);
+  if (!text)
+    return zs_fail_memory(input->diag);
+  const size_t length = fread(text, 1, ZS_VOLUME_MOST_HEADER, input->stream);
+  text[length] = '\0';
+  const bool done = read(header, text, length);
+  free(text);
+  return done;
+}
+
+bool zs_volume_set_type(zs_volume_input *input, const char *field, const char *name,
+                        const zs_voxel_type_name *names, size_t count)
+{
+  for (size_t i = 0; i < count; i++)
+    if (strcasecmp(name, names[i].name) == 0) {
+      input->volume->type = names[i].type;
+      return true;
+    }
+  return zs_volume_fail(input, field, "'%.40s' is not a type of numbers that can be read", name);
+}
 
 static bool is_blank(char c)
 {

@@ -12,13 +12,11 @@ enum { CHUNK = 1 << 16, DEPTH = 64 };
 
 static const zs_xml_language language = {.name_space = "", .root = "VTKFile"};
 
-static const struct {
-  const char *name;
-  zs_voxel_type type;
-} types[] = {{"UInt8", ZS_VOXEL_U8},   {"Int8", ZS_VOXEL_I8},     {"UInt16", ZS_VOXEL_U16},
-             {"Int16", ZS_VOXEL_I16},  {"UInt32", ZS_VOXEL_U32},  {"Int32", ZS_VOXEL_I32},
-             {"UInt64", ZS_VOXEL_U64}, {"Int64", ZS_VOXEL_I64},   {"Float32", ZS_VOXEL_F32},
-             {"Float64", ZS_VOXEL_F64}};
+static const zs_voxel_type_name types[] = {
+  {"UInt8", ZS_VOXEL_U8},   {"Int8", ZS_VOXEL_I8},     {"UInt16", ZS_VOXEL_U16},
+  {"Int16", ZS_VOXEL_I16},  {"UInt32", ZS_VOXEL_U32},  {"Int32", ZS_VOXEL_I32},
+  {"UInt64", ZS_VOXEL_U64}, {"Int64", ZS_VOXEL_I64},   {"Float32", ZS_VOXEL_F32},
+  {"Float64", ZS_VOXEL_F64}};
 
 /* The document, and the appended data behind its text. */
 typedef struct document {
@@ -376,14 +374,8 @@ static bool read_document(document *d)
   if (!array)
     return zs_volume_fail(input, "DataArray", "is missing");
   const char *type = value(array, "type");
-  bool known = false;
-  for (size_t i = 0; type && !known && i < sizeof types / sizeof *types; i++)
-    if (strcmp(type, types[i].name) == 0) {
-      input->volume->type = types[i].type;
-      known = true;
-    }
-  if (!known)
-    return zs_volume_fail(input, "type", "'%.40s' is not a type of numbers", type ? type : "");
+  if (!zs_volume_set_type(input, "type", type ? type : "", types, sizeof types / sizeof *types))
+    return false;
   double components = 1;
   if (!numbers(d, array, "NumberOfComponents", &components, 1))
     return false;

@@ -149,10 +149,10 @@ const zs_kind zs_kind_distance = {
   .family = ZS_FAMILY_DATA,
   .summary = "the solid that a mesh encloses, from a file",
   .doc = "f is the distance to the nearest triangle, positive inside. Triangles are "
-         "counter-clockwise seen from outside; a mesh that is inside out is turned, with a warning. "
-         "Vertices at the same place are one. Holes are filled with triangles about the middle of "
-         "their rim, with a warning. Inside is where the surface winds around a point at least once: "
-         "parts that overlap are joined, and a part inside another that is turned inwards is a "
+         "counter-clockwise seen from outside; a mesh that is inside out is turned, with a "
+         "warning. Vertices at the same place are one. Holes are filled with triangles about the middle of "
+         "their rim, with a warning. Inside is where the surface winds around a point at least "
+         "once: parts that overlap are joined, and a part inside another that is turned inwards is a "
          "cavity.",
   .trait = "exact distance",
   .attributes = attributes,

@@ -50,8 +50,9 @@ bool zs_outlined_fill(const zs_outline *outline, double tolerance, bool absolute
     return zs_node_fail(node, diag, attribute, "points lie %g apart; expected less than %g", size,
                         MOST_APART);
   zs_fill_result result = ZS_FILL_DONE;
+  const double apart = absolute ? tolerance : tolerance * fmax(size, 1e-300);
   for (size_t i = 0; i < outline->shape_count; i++) {
-    result = add_shape(outline, i, absolute ? tolerance : tolerance * fmax(size, 1e-300), fill, diag);
+    result = add_shape(outline, i, apart, fill, diag);
     if (result == ZS_FILL_MEMORY || result == ZS_FILL_UNCLEAR)
       break;
     result = ZS_FILL_DONE;

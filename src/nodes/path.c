@@ -24,18 +24,18 @@ enum { EVEN_ODD = 1, Y_DOWN = 1 };
 
 static const zs_attribute attributes[] = {
   {.name = "d", .type = ZS_TEXT, .offset = offsetof(struct path, d), .initial = "", .unit = "",
-   .doc = "SVG path data, with the commands M L H V C S Q T A Z and m l h v c s q t a z; its x and y "
-          "are the scene's, so that y grows upwards"},
+   .doc = "SVG path data, with the commands M L H V C S Q T A Z and m l h v c s q t a z; its x and "
+          "y are the scene's, so that y grows upwards"},
   {.name = "src", .type = ZS_FILE, .offset = offsetof(struct path, src), .initial = "", .unit = "",
    .doc = "instead of `d`: an SVG file, whose paths and basic shapes are joined"},
   {.name = "group", .type = ZS_TEXT, .offset = offsetof(struct path, group), .initial = "",
    .unit = "", .doc = "of the file, only the element with this id and what is in it"},
   ZS_SELECT(struct path, fill_rule, "fill-rule", "nonzero", fill_rules,
-            "what `d` encloses: `nonzero`, where it winds around, or `even-odd`, where a ray crosses "
-            "it an odd number of times; shapes of a file say it themselves"),
+            "what `d` encloses: `nonzero`, where it winds around, or `even-odd`, where a ray "
+            "crosses it an odd number of times; shapes of a file say it themselves"),
   ZS_SELECT(struct path, y, "y", "up", directions,
-            "of a file, whose y grows downwards: `up`, turned over so that the lower side of the page "
-            "is at y = 0; `down`, as it is"),
+            "of a file, whose y grows downwards: `up`, turned over so that the lower side of the "
+            "page is at y = 0; `down`, as it is"),
   {.name = "tolerance", .type = ZS_NUMBER, .offset = offsetof(struct path, tolerance),
    .initial = "auto", .unit = "length", .range = ZS_RANGE_POSITIVE, .choices = words,
    .doc = "how far straight pieces may be from the curves that they stand for; auto is a "
@@ -132,8 +132,8 @@ const zs_kind zs_kind_path = {
   .summary = "a shape with curved edges, by SVG path data or from an SVG file",
   .doc = "f is the distance to the nearest edge, positive inside. Edges within what is filled, as "
          "where outlines overlap, do not count. Of a file all shapes are taken, however they are "
-         "painted, but not text, pictures, clones and what is not displayed. A page whose size is in "
-         "a unit of length is read in millimetres, others in pixels.",
+         "painted, but not text, pictures, clones and what is not displayed. A page whose size is "
+         "in a unit of length is read in millimetres, others in pixels.",
   .source = "https://www.w3.org/TR/SVG11/paths.html",
   .trait = "exact distance",
   .attributes = attributes,

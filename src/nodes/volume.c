@@ -40,7 +40,8 @@ static const zs_attribute attributes[] = {
 static bool check(const zs_node *node, zs_diag *diag)
 {
   if (zs_node_has(node, "label") && (zs_node_has(node, "level") || zs_node_has(node, "sign")))
-    return zs_node_misuse(node, diag, "label", "'label' cannot be combined with 'level' and 'sign'");
+    return zs_node_misuse(node, diag, "label",
+                          "'label' cannot be combined with 'level' and 'sign'");
   return true;
 }
 
@@ -194,8 +195,8 @@ const zs_kind zs_kind_volume = {
   .family = ZS_FAMILY_DATA,
   .summary = "a field sampled on a grid, from a file",
   .doc = "f is the value without the level, in the file's own coordinates: its spacing, directions "
-         "and origin count, and its unit of length is taken for the scene's. With `label` f is, near "
-         "the surface, about as large as the distance. What is not a number is outside. The file "
+         "and origin count, and its unit of length is taken for the scene's. With `label` f is, "
+         "near the surface, about as large as the distance. What is not a number is outside. The file "
          "is read once for all uses and all values of parameters.",
   .source = "B-splines: Unser, Aldroubi, Eden, \"B-spline signal processing\" (1993)",
   .attributes = attributes,

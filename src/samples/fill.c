@@ -94,7 +94,8 @@ typedef struct spots {
 
 static size_t place_of(const spots *s, int64_t x, int64_t y)
 {
-  uint64_t h = (uint64_t)x * UINT64_C(0x9e3779b97f4a7c15) ^ (uint64_t)y * UINT64_C(0xbf58476d1ce4e5b9);
+  uint64_t h =
+    (uint64_t)x * UINT64_C(0x9e3779b97f4a7c15) ^ (uint64_t)y * UINT64_C(0xbf58476d1ce4e5b9);
   h ^= h >> 29;
   size_t at = h & s->mask;
   while (s->taken[at] && (s->squares[at][0] != x || s->squares[at][1] != y))
@@ -336,6 +337,11 @@ static size_t gather(const zs_fill *fill, bundle *bundles)
   return count;
 }
 
+static bool is_between(const zs_polygon_edge *e, const double a[2], const double b[2])
+{
+  return e->a[0] == a[0] && e->a[1] == a[1] && e->b[0] == b[0] && e->b[1] == b[1];
+}
+
 /* How often the edges wind around the point above p that is next to it, and how many pass
  * it, by those to its right; `own` is the edge whose middle p is. */
 static void count_right(const zs_polygon *polygon, const double p[2], const bundle *own, int *net,
@@ -354,9 +360,8 @@ static void count_right(const zs_polygon *polygon, const double p[2], const bund
       const bool up = a[1] <= p[1] && b[1] > p[1], down = a[1] > p[1] && b[1] <= p[1];
       if (!up && !down)
         continue;
-      const bool is_own = (!memcmp(a, own->a, sizeof own->a) && !memcmp(b, own->b, sizeof own->b)) ||
-                          (!memcmp(a, own->b, sizeof own->b) && !memcmp(b, own->a, sizeof own->a));
-      if (is_own || a[0] + (p[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]) <= p[0])
+      if (is_between(e, own->a, own->b) || is_between(e, own->b, own->a) ||
+          a[0] + (p[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]) <= p[0])
         continue;
       *net += up ? 1 : -1;
       ++*total;
@@ -380,16 +385,11 @@ static bool keep_edge(zs_fill *fill, const zs_polygon *polygon, const bundle *e,
   /* To the right of an edge, or above a level one, it does not count; on the other side it
    * does.  From a to b, x grows: the right side is the lower one unless the edge is
    * upright, when b is above a; then it is that of greater x. */
-  const bool level = e->a[1] == e->b[1], rising = e->b[1] > e->a[1];
+  const bool rising = e->b[1] > e->a[1];
   const bool uncounted = is_filled(net, total, even_odd);
-  int left_net = net, right_net = net;
-  if (level || !rising) /* the uncounted side is above, on the left */
-    right_net -= e->net;
-  else
-    left_net += e->net;
-  const bool counted = is_filled(level || !rising ? right_net : left_net, total + e->total, even_odd);
-  const bool left = level || !rising ? uncounted : counted;
-  const bool right = level || !rising ? counted : uncounted;
+  const bool counted =
+    is_filled(rising ? net + e->net : net - e->net, total + e->total, even_odd);
+  const bool left = rising ? counted : uncounted, right = rising ? uncounted : counted;
   if (left == right)
     return true;
   return left ? add_edge(fill, e->a, e->b) : add_edge(fill, e->b, e->a);

@@ -370,7 +370,7 @@ double zs_triangles_distance(const zs_triangles *s, const double p[3])
   return zs_triangles_inside(s, p) ? distance : -distance;
 }
 
-/* ---- The operation ----------------------------------------------------------------------------- */
+/* ---- The operation ----------------------------------------------------------------------- */
 
 static double reference(const void *data, const double in[])
 {

@@ -272,7 +272,8 @@ void zs_voxels_bounds(const zs_voxels *v, const float lo[3], const float hi[3], 
     range = range_of_bricks(v, level, from, to);
   }
   /* The rounding of a dozen steps on the way, of numbers as large as these. */
-  const float slack = 2e-6f * (fabsf(range.lo) > fabsf(range.hi) ? fabsf(range.lo) : fabsf(range.hi));
+  const float below = fabsf(range.lo), above = fabsf(range.hi);
+  const float slack = 2e-6f * (below > above ? below : above);
   f[0] = range.lo - slack;
   f[1] = range.hi + slack;
 }

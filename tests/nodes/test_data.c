@@ -111,7 +111,8 @@ static void test_levels(void **unused)
   zs_field *solid = compile(SOLID), *again = compile("<volume src='inside.nrrd'/>");
   zs_field *label = compile("<volume src='inside.nrrd' label='1'/>");
   zs_field *other = compile("<volume src='inside.nrrd' label='0'/>");
-  zs_eval *a = evaluator(solid), *b = evaluator(again), *c = evaluator(label), *d = evaluator(other);
+  zs_eval *a = evaluator(solid), *b = evaluator(again);
+  zs_eval *c = evaluator(label), *d = evaluator(other);
   uint64_t state = 3;
   for (int i = 0; i < 3000; i++) {
     double p[3];
@@ -171,7 +172,8 @@ static void test_thin(void **unused)
   for (int cubic = 0; cubic < 2; cubic++) {
     const char *way = cubic ? "cubic" : "linear";
     char body[200];
-    write_text("one.nrrd", "NRRD0004\ntype: float\ndimension: 3\nsizes: 1 1 1\nencoding: text\n\n5\n");
+    write_text("one.nrrd",
+               "NRRD0004\ntype: float\ndimension: 3\nsizes: 1 1 1\nencoding: text\n\n5\n");
     snprintf(body, sizeof body, "<volume src='one.nrrd' level='4' interpolation='%s'/>", way);
     assert_true(fabs(value_in(body, 0, 0, 0) - 0.5) < 1e-6); /* to the faces */
     assert_true(fabs(value_in(body, 0, 2, 0) + 1.5) < 1e-6);
@@ -361,7 +363,8 @@ static void test_mistakes(void **unused)
   expect_message("<volume src='none.nrrd'/>", ZS_ERROR_IO, "'none.nrrd' cannot be opened");
   expect_message("<volume src='short.nrrd'/>", ZS_ERROR_SYNTAX, "too short");
   expect_message("<volume src='same.nrrd'/>", ZS_ERROR_GEOMETRY, "all samples are the same, 3");
-  expect_message("<volume src='same.nrrd' level='2'/>", ZS_OK, "no surface: the samples are from 3");
+  expect_message("<volume src='same.nrrd' level='2'/>", ZS_OK,
+                 "no surface: the samples are from 3");
   expect_message("<volume src='lean.nrrd' level='99'/>", ZS_OK, "no surface");
   expect_message("<volume src='lean.nrrd' level='1' label='2'/>", ZS_ERROR_SCHEMA,
                  "'label' cannot be combined");
@@ -387,8 +390,10 @@ static void test_changes(void **unused)
   zs_diag diag = {0};
   for (int i = 0; i < 2; i++) {
     static zs_scene *scene;
-    write_text("c.nrrd", i ? "NRRD0004\ntype: float\ndimension: 1\nsizes: 2\nencoding: text\n\n-2 8\n"
-                           : "NRRD0004\ntype: float\ndimension: 1\nsizes: 2\nencoding: text\n\n3 -3\n");
+    char text[100];
+    snprintf(text, sizeof text, "NRRD0004\ntype: float\ndimension: 1\nsizes: 2\nencoding: text\n\n%s\n",
+             i ? "-2 8" : "3 -3");
+    write_text("c.nrrd", text);
     if (!i)
       scene = parse("<volume src='c.nrrd' outside='extend'/>", &diag);
     for (int again = 0; again < 2; again++) {
@@ -410,6 +415,7 @@ int main(void)
     cmocka_unit_test(test_levels),       cmocka_unit_test(test_places),
     cmocka_unit_test(test_thin),         cmocka_unit_test(test_operation),
     cmocka_unit_test(test_close_bounds), cmocka_unit_test(test_sample),
-    cmocka_unit_test(test_distance),     cmocka_unit_test(test_mistakes),     cmocka_unit_test(test_changes)};
+    cmocka_unit_test(test_distance),     cmocka_unit_test(test_mistakes),
+    cmocka_unit_test(test_changes)};
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }

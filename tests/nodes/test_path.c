@@ -169,15 +169,17 @@ static void test_shapes(void **unused)
     {"<circle r='1' transform='matrix(0 2 2 0 3 3)'/>", "<circle radius='2' at='3 3 0'/>"},
     {"<path d='M0 0H4V2H0Z' transform='translate(3 2) skewX(45) skewX(-45) translate(-2)'/>",
      "<rectangle size='4 2' at='3 3 0'/>"},
-    {"<svg x='1' y='2' width='4' height='2' viewBox='0 0 40 20'><rect width='40' height='20'/></svg>",
+    {"<svg x='1' y='2' width='4' height='2' viewBox='0 0 40 20'><rect width='40' height='20'/>"
+     "</svg>",
      "<rectangle size='4 2' at='3 3 0'/>"},
     /* Overlapping ones are joined; what is not shown is left out. */
     {"<rect x='1' y='2' width='3' height='2'/><rect x='2' y='2' width='3' height='2'/>"
-     "<defs><circle r='9'/></defs><circle r='9' display='none'/><g style='fill:red; display : none'>"
-     "<circle r='9'/></g><circle/><rect width='0' height='9'/><path/><title>t</title>",
+     "<defs><circle r='9'/></defs><circle r='9' display='none'/>"
+     "<g style='fill:red; display : none'><circle r='9'/></g><circle/><rect width='0' height='9'/><path/><title>t</title>",
      "<rectangle size='4 2' at='3 3 0'/>"},
     {"<g fill-rule='evenodd'><path d='M0 0H6V6H0ZM2 2H4V4H2Z'/></g>",
-     "<difference><rectangle size='6 6' at='3 3 0'/><rectangle size='2 2' at='3 3 0'/></difference>"}};
+     "<difference><rectangle size='6 6' at='3 3 0'/><rectangle size='2 2' at='3 3 0'/>"
+     "</difference>"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     write_svg("<?xml version='1.0'?>\n<!DOCTYPE svg PUBLIC '-//W3C//DTD SVG 1.1//EN' "
               "'http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd'>\n" SVG ">%s</svg>",
@@ -253,7 +255,7 @@ static void test_mistakes(void **unused)
     {SVG "><path d='M0 0 Q'/></svg>", "expected a number at the end"},
     {SVG "><rect width='-1' height='1'/></svg>", "'-1' is negative"},
     {SVG "><rect width='1em' height='1'/></svg>", "'1em' is not a length"},
-    {SVG "><g transform='turn(3)'><rect width='1' height='1'/></g></svg>", "not a list of transforms"},
+    {SVG "><g transform='turn(3)'><rect width='1' height='1'/></g></svg>", "list of transforms"},
     {SVG "><g transform='scale(1,2,3)'><rect/></g></svg>", "not a list of transforms"},
     {SVG " viewBox='0 0 0 1'><rect width='1' height='1'/></svg>", "is not x, y, width"},
     {SVG "><polygon points='1 2 3'/></svg>", "is not a list of points"},
