@@ -11,9 +11,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { AUTO, LINEAR, VARIATIONAL };
 enum { CLOSED, OPEN };
-static const char *const methods[] = {"auto", "linear", "variational", NULL};
+static const char *const methods[] = {"auto", "linear", "extended", "variational", NULL};
+/* By the number of the choice. */
+static const zs_join_method join_methods[] = {ZS_JOIN_AUTO, ZS_JOIN_LINEAR, ZS_JOIN_EXTENDED,
+                                              ZS_JOIN_VARIATIONAL};
 static const char *const caps[] = {"closed", "open", NULL};
 
 static const zs_attribute attributes[] = {
@@ -42,8 +44,10 @@ static const zs_attribute attributes[] = {
   ZS_IMAGE_Y(struct stack),
   ZS_SELECT(struct stack, method, "method", "auto", methods,
             "`linear`: distances to the outlines, in straight lines from slice to slice; "
-            "`variational`: the surface of least bending through the outlines of every four "
-            "slices; `auto`: variational for three slices and more"),
+            "`extended`: distances that move with the shapes, by a registration of neighbouring "
+            "slices; `variational`: the surface of least bending through the outlines of every four "
+            "slices; `auto`: variational, but extended where thin parts move by more than their "
+            "thickness, between slices without a common pixel, and of two slices alone"),
   ZS_SELECT(struct stack, caps, "caps", "closed", caps,
             "`closed`: the solid ends at the first and the last slice; `open`: it goes on as they "
             "are"),
@@ -149,10 +153,8 @@ static bool join(shared *to, const zs_node *node, const zs_stack_read *read,
 {
   const struct stack *p = node->parameters;
   const zs_slices *s = &read->slices;
-  const bool linear = p->method == LINEAR || (p->method == AUTO && s->count < 3);
   zs_joined joined;
-  const zs_join_result result =
-    zs_slices_join(&joined, s, linear ? ZS_JOIN_LINEAR : ZS_JOIN_VARIATIONAL, control);
+  const zs_join_result result = zs_slices_join(&joined, s, join_methods[p->method], control);
   if (result == ZS_JOIN_CANCELLED)
     return zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");
   if (result == ZS_JOIN_MEMORY)

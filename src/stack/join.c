@@ -8,19 +8,8 @@
 
 /* Pixels around all slices that are sampled too, and layers: about a pixel apart, no more
  * than so many to a gap, nor in all than take so many bytes. */
-enum { AROUND = 8, MOST_LAYERS = 32 };
+enum { AROUND = 12, MOST_LAYERS = 64 };
 static const double MOST_BYTES = 4e8;
-
-float zs_joiner_distance(const zs_joiner *j, size_t i, size_t x, size_t y)
-{
-  const zs_slices *s = j->slices;
-  const zs_stack_slice *slice = &s->slices[i];
-  if (slice->distance)
-    return slice->distance[(y + j->first[1]) * s->width + x + j->first[0]];
-  const double below = i > 0 ? slice->height - s->slices[i - 1].height : 0;
-  const double above = i + 1 < s->count ? s->slices[i + 1].height - slice->height : 0;
-  return -(float)fmax(below, above);
-}
 
 size_t zs_joiner_gap(const zs_joiner *j, uint32_t layer)
 {
@@ -102,14 +91,70 @@ static bool lay_out(zs_joiner *j, uint32_t count[3], double step)
   return j->raster != NULL;
 }
 
-static void fill_linear(const zs_joiner *j)
+/* What an empty slice is everywhere. */
+static float emptiness(const zs_slices *s, size_t i)
 {
-  zs_raster *r = j->raster;
-  r->linear = true;
-  for (size_t i = 0; i < j->slices->count; i++)
+  const double below = i > 0 ? s->slices[i].height - s->slices[i - 1].height : 0;
+  const double above = i + 1 < s->count ? s->slices[i + 1].height - s->slices[i].height : 0;
+  return -(float)fmax(below, above);
+}
+
+static bool crop_fields(zs_joiner *j, const uint32_t count[3])
+{
+  const zs_slices *s = j->slices;
+  const size_t width = count[0], height = count[1];
+  j->fields = calloc(s->count, sizeof *j->fields);
+  for (size_t i = 0; j->fields && i < s->count; i++) {
+    float *field = j->fields[i] = malloc(width * height * sizeof *field);
+    const float *distance = s->slices[i].distance;
+    if (!field)
+      return false;
+    for (size_t y = 0; distance && y < height; y++)
+      memcpy(field + y * width, distance + (y + j->first[1]) * s->width + j->first[0],
+             width * sizeof *field);
+    for (size_t k = 0; !distance && k < width * height; k++)
+      field[k] = emptiness(s, i);
+  }
+  return j->fields;
+}
+
+/* Write one value, or the slices' distances on their layers. */
+static void fill(const zs_joiner *j, bool distances)
+{
+  const zs_raster *r = j->raster;
+  for (size_t z = 0; z < r->count[2]; z++)
     for (size_t y = 0; y < r->count[1]; y++)
       for (size_t x = 0; x < r->count[0]; x++)
-        *zs_raster_sample(r, x, y, j->level[i]) = zs_joiner_distance(j, i, x, y);
+        *zs_raster_sample(r, x, y, z) = distances ? j->fields[z][y * r->count[0] + x] : 0;
+}
+
+/* All layers, but for what is to be mended. */
+static zs_join_result write_layers(zs_joiner *j, zs_join_method method)
+{
+  const bool two = j->slices->count == 2;
+  const bool extended = method == ZS_JOIN_EXTENDED || (method == ZS_JOIN_AUTO && two);
+  j->raster->linear = method == ZS_JOIN_LINEAR;
+  fill(j, method == ZS_JOIN_LINEAR);
+  if (method == ZS_JOIN_LINEAR)
+    return ZS_JOIN_DONE;
+  if (method != ZS_JOIN_VARIATIONAL && !zs_join_find_motions(j, two))
+    return ZS_JOIN_MEMORY;
+  const zs_join_result result = extended ? ZS_JOIN_DONE : zs_join_variational(j);
+  if (result == ZS_JOIN_DONE && method != ZS_JOIN_VARIATIONAL)
+    zs_join_carry(j, extended);
+  return result;
+}
+
+static void free_joiner(zs_joiner *j)
+{
+  for (size_t i = 0; j->fields && i < j->slices->count; i++)
+    free(j->fields[i]);
+  for (size_t i = 0; j->motions && i + 1 < j->slices->count; i++)
+    zs_motion_clear(&j->motions[i]);
+  free(j->fields);
+  free(j->motions);
+  free(j->level);
+  free(j->carrier.heights);
 }
 
 zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_join_method method,
@@ -117,21 +162,18 @@ zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_joi
 {
   zs_joiner j = {.slices = slices, .control = control, .threads = zs_control_threads(control)};
   uint32_t count[3];
-  zs_join_result result = ZS_JOIN_DONE;
+  zs_join_result result = ZS_JOIN_MEMORY;
   find_box(&j, count);
-  if (!lay_out(&j, count, method == ZS_JOIN_LINEAR ? INFINITY : choose_step(slices, count)))
-    result = ZS_JOIN_MEMORY;
-  else if (method == ZS_JOIN_LINEAR)
-    fill_linear(&j);
-  else
-    result = zs_join_variational(&j);
-  if (result == ZS_JOIN_DONE && method == ZS_JOIN_VARIATIONAL &&
-      !(zs_join_mend_levels(&j) && zs_join_drop_islands(&j)))
-    result = ZS_JOIN_MEMORY;
+  if (crop_fields(&j, count) &&
+      lay_out(&j, count, method == ZS_JOIN_LINEAR ? INFINITY : choose_step(slices, count)))
+    result = write_layers(&j, method);
+  if (result == ZS_JOIN_DONE && method != ZS_JOIN_LINEAR) {
+    zs_join_mend_levels(&j);
+    result = zs_join_drop_islands(&j) ? ZS_JOIN_DONE : ZS_JOIN_MEMORY;
+  }
   if (result == ZS_JOIN_DONE && !zs_raster_finish(j.raster))
     result = ZS_JOIN_MEMORY;
-  free(j.level);
-  free(j.carrier.heights);
+  free_joiner(&j);
   if (result != ZS_JOIN_DONE) {
     zs_raster_free(j.raster);
     j.raster = NULL;

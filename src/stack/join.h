@@ -3,10 +3,14 @@
 #define ZS_STACK_JOIN_H
 
 #include "samples/raster.h"
+#include "stack/motion.h"
 #include "stack/slices.h"
 
 typedef enum zs_join_method {
+  ZS_JOIN_AUTO,       /* variational, but extended where that thins the solid out less, and
+                         between two slices alone */
   ZS_JOIN_LINEAR,     /* straight from distance to distance */
+  ZS_JOIN_EXTENDED,   /* distances that move with the shapes (motion.h) */
   ZS_JOIN_VARIATIONAL /* the function of least bending through the outlines of four slices */
 } zs_join_method;
 
@@ -24,7 +28,10 @@ typedef enum zs_join_result { ZS_JOIN_DONE, ZS_JOIN_CANCELLED, ZS_JOIN_MEMORY } 
  * Variational: between two slices f is a sum of radial functions r^3 through the points of
  * these and their neighbours, found in blocks (blocks.h), as a weighted mean of the sums of
  * the two nearest gaps, which makes it smooth across slices.  Away from the surface it goes
- * over into the distances, joined by cubics; parts that touch no slice are left out. */
+ * over into the distances, joined by cubics; parts that touch no slice are left out.
+ *
+ * Extended: the distances of four slices, joined by cubics along ways on which shapes move
+ * from one to the next. */
 zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_join_method method,
                               const zs_control *control);
 
@@ -38,21 +45,27 @@ typedef struct zs_joiner {
   zs_raster *raster;
   size_t first[2];
   uint32_t *level;  /* the layer of each slice */
+  float **fields;   /* of each slice, as large as a layer: distances, or where it is empty that
+                       to the next slice */
   zs_raster carrier; /* the slices' own heights, to tell how distances are joined */
+  zs_motion *motions; /* of each gap; without fields where there is none */
 } zs_joiner;
-
-/* The sample of slice i at pixel (x, y) of the raster: a distance, or that to the next slice
- * where it is empty. */
-float zs_joiner_distance(const zs_joiner *j, size_t i, size_t x, size_t y);
 
 /* The gap of a layer. */
 size_t zs_joiner_gap(const zs_joiner *j, uint32_t layer);
 
-/* Write all layers by sums of radial functions (variational.c). */
+/* Add to all samples, which are 0, what sums of radial functions give (variational.c). */
 zs_join_result zs_join_variational(const zs_joiner *j);
 
+/* Find the motions of all gaps, with slices aligned first or only where they have to be;
+ * false when memory is out (carry.c). */
+bool zs_join_find_motions(zs_joiner *j, bool align);
+
+/* Write all samples by distances that move, or mix these in where it takes them (carry.c). */
+void zs_join_carry(const zs_joiner *j, bool all);
+
 /* Change samples so that they have the signs of the slices' pixels (mend.c). */
-bool zs_join_mend_levels(const zs_joiner *j);
+void zs_join_mend_levels(const zs_joiner *j);
 
 /* Change the sign of all parts that touch no slice (mend.c). */
 bool zs_join_drop_islands(const zs_joiner *j);

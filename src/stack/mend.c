@@ -30,18 +30,17 @@ static void spread(const zs_joiner *j, size_t i, size_t x, size_t y, float lack)
   }
 }
 
-bool zs_join_mend_levels(const zs_joiner *j)
+void zs_join_mend_levels(const zs_joiner *j)
 {
   const zs_raster *r = j->raster;
   for (size_t i = 0; i < j->slices->count; i++)
     for (size_t y = 0; y < r->count[1]; y++)
       for (size_t x = 0; x < r->count[0]; x++) {
         const float f = *zs_raster_sample(r, x, y, j->level[i]);
-        const bool inside = zs_joiner_distance(j, i, x, y) >= 0;
+        const bool inside = j->fields[i][y * r->count[0] + x] >= 0;
         if (!(inside ? f >= DOUBTFUL : f <= -DOUBTFUL))
           spread(j, i, x, y, (inside ? MENDED : -MENDED) - f);
       }
-  return true;
 }
 
 /* ---- Islands ------------------------------------------------------------------------------ */

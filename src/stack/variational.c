@@ -13,6 +13,12 @@ static const double PI = 3.14159265358979323846;
  * pixels; towards there it goes over into these. */
 static const double BAND = 4, BAND_OF_GAP = 0.6, PURE = 0.6;
 
+/* Across wide gaps, in pixels, heights also count for less, so that more goes straight from
+ * slice to slice; f is then the mean of both, each bounded so that none outweighs the other
+ * far from its surface. */
+static const double WIDE = 12, SCALES[] = {1, 0.6}, BOUND = 8;
+enum { SCALE_COUNT = sizeof SCALES / sizeof SCALES[0] };
+
 /* Blocks overlap by this many pixels, or this part of the gap. */
 static const double OVERLAP = 6, OVERLAP_OF_GAP = 0.5;
 
@@ -26,6 +32,11 @@ enum { LATTICE = 6 };
 static double length_of(const zs_joiner *j, size_t gap)
 {
   return j->slices->slices[gap + 1].height - j->slices->slices[gap].height;
+}
+
+static int scales_of(const zs_joiner *j, size_t gap)
+{
+  return length_of(j, gap) >= WIDE ? SCALE_COUNT : 1;
 }
 
 /* ---- Constraints ------------------------------------------------------------------------ */
@@ -53,7 +64,7 @@ static bool append(list *l, double x, double y, double z, double value)
 static bool append_empty(list *l, const zs_joiner *j, size_t i)
 {
   const zs_slices *s = j->slices;
-  const double value = (double)zs_joiner_distance(j, i, 0, 0) / 2;
+  const double value = (double)j->fields[i][0] / 2;
   for (size_t y = 0; y < s->height; y += LATTICE)
     for (size_t x = 0; x < s->width; x += LATTICE) {
       const size_t pixel = y * s->width + x;
@@ -115,14 +126,14 @@ static double smooth_step(double t)
 static void carry(const zs_joiner *j, uint32_t layer, double *carried)
 {
   const zs_raster *r = j->raster;
-  const size_t n = r->count[0];
+  const size_t count = (size_t)r->count[0] * r->count[1];
   zs_raster_weights w;
   const int first = zs_raster_layers(&j->carrier, (double)r->heights[layer], &w);
-  for (size_t i = 0; i < n * r->count[1]; i++)
+  for (size_t i = 0; i < count; i++)
     carried[i] = 0;
   for (int k = 0; k < 4; k++)
-    for (size_t i = 0; w.value[k] != 0 && i < n * r->count[1]; i++)
-      carried[i] += w.value[k] * (double)zs_joiner_distance(j, (size_t)(first + k), i % n, i / n);
+    for (size_t i = 0; w.value[k] != 0 && i < count; i++)
+      carried[i] += w.value[k] * (double)j->fields[(size_t)(first + k)][i];
 }
 
 /* Room for one layer. */
@@ -146,6 +157,22 @@ static void free_room(room *r)
   free(r->wanted);
 }
 
+/* Add to the sums those of blocks with heights at some scale. */
+static void add_blocks(const zs_joiner *j, const zs_blocks *blocks, double scale, uint32_t layer,
+                       const room *m)
+{
+  const zs_raster *r = j->raster;
+  const zs_block_plane plane = {
+    .z = scale * (j->slices->slices[0].height + (double)r->heights[layer]),
+    .first = {(double)j->first[0], (double)j->first[1]},
+    .size = {r->count[0], r->count[1]},
+    .wanted = m->wanted, .sums = m->sums, .weights = m->weights};
+  const size_t count = (size_t)r->count[0] * r->count[1];
+  for (size_t i = 0; i < count; i++)
+    m->sums[i] = m->weights[i] = 0;
+  zs_blocks_add(blocks, &plane);
+}
+
 /* Add what the sums of a gap give in a layer, by their weight. */
 static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, uint32_t layer)
 {
@@ -159,23 +186,21 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
   const bool memory = make_room(&m, count);
   if (memory) {
     carry(j, layer, m.carried);
-    for (size_t i = 0; i < count; i++) {
-      m.sums[i] = m.weights[i] = 0;
+    const int scales = scales_of(j, gap);
+    for (size_t i = 0; i < count; i++)
       m.wanted[i] = fabs(m.carried[i]) < band;
-    }
-    const zs_block_plane plane = {
-      .z = j->slices->slices[0].height + (double)r->heights[layer],
-      .first = {(double)j->first[0], (double)j->first[1]},
-      .size = {r->count[0], r->count[1]},
-      .wanted = m.wanted, .sums = m.sums, .weights = m.weights};
-    zs_blocks_add(blocks, &plane);
-    for (size_t i = 0; i < count; i++) {
-      double f = m.carried[i];
-      if (m.weights[i] > 0) {
-        const double beyond = smooth_step((fabs(f) / band - PURE) / (1 - PURE));
-        f = beyond * f + (1 - beyond) * m.sums[i] / m.weights[i];
+    for (int k = 0; k < scales; k++) {
+      add_blocks(j, &blocks[k], SCALES[k], layer, &m);
+      for (size_t i = 0; i < count; i++) {
+        double f = m.carried[i];
+        if (m.weights[i] > 0) {
+          const double beyond = smooth_step((fabs(f) / band - PURE) / (1 - PURE));
+          f = beyond * f + (1 - beyond) * m.sums[i] / m.weights[i];
+        }
+        f = scales > 1 ? BOUND * tanh(f / BOUND) : f;
+        *zs_raster_sample(r, i % r->count[0], i / r->count[0], layer) +=
+          (float)(weight * f / scales);
       }
-      *zs_raster_sample(r, i % r->count[0], i / r->count[0], layer) += (float)(weight * f);
     }
   }
   free_room(&m);
@@ -187,33 +212,39 @@ static size_t most_of(double length)
   return (size_t)fmin(fmax(MOST_OF_GAP * length, LEAST_MOST), MOST_MOST);
 }
 
+/* The blocks of a gap at all scales. */
+static bool make_blocks(const zs_joiner *j, size_t gap, zs_blocks *blocks)
+{
+  const double length = length_of(j, gap), overlap = fmax(OVERLAP, OVERLAP_OF_GAP * length);
+  list l = {0};
+  bool memory = gather(&l, j, gap);
+  for (int k = 0; memory && k < scales_of(j, gap); k++) {
+    for (size_t i = 0; i < l.count; i++)
+      l.items[i].at[2] *= SCALES[k] / (k ? SCALES[k - 1] : 1);
+    memory = zs_blocks_make(&blocks[k], l.items, l.count, most_of(length), overlap, j->threads);
+  }
+  free(l.items);
+  return memory;
+}
+
 static bool add_gap(const zs_joiner *j, size_t gap)
 {
-  list constraints = {0};
-  zs_blocks blocks = {0};
-  const double overlap = fmax(OVERLAP, OVERLAP_OF_GAP * length_of(j, gap));
-  bool memory = gather(&constraints, j, gap) &&
-                zs_blocks_make(&blocks, constraints.items, constraints.count,
-                               most_of(length_of(j, gap)), overlap, j->threads);
+  zs_blocks blocks[SCALE_COUNT] = {{0}};
+  bool memory = make_blocks(j, gap, blocks);
   const size_t last = j->slices->count - 1;
   const uint32_t from = j->level[gap > 0 ? gap - 1 : 0];
   const uint32_t to = j->level[gap + 2 < last ? gap + 2 : last];
 #pragma omp parallel for schedule(dynamic, 1) num_threads(j->threads) reduction(&& : memory)
   for (uint32_t layer = from; layer <= to; layer++)
-    memory = memory && add_layer(j, &blocks, gap, layer);
-  zs_blocks_clear(&blocks);
-  free(constraints.items);
+    memory = memory && add_layer(j, blocks, gap, layer);
+  for (int k = 0; k < SCALE_COUNT; k++)
+    zs_blocks_clear(&blocks[k]);
   return memory;
 }
 
 zs_join_result zs_join_variational(const zs_joiner *j)
 {
   const zs_control *control = j->control;
-  const zs_raster *r = j->raster;
-  for (size_t z = 0; z < r->count[2]; z++)
-    for (size_t y = 0; y < r->count[1]; y++)
-      for (size_t x = 0; x < r->count[0]; x++)
-        *zs_raster_sample(r, x, y, z) = 0;
   const size_t gaps = j->slices->count - 1;
   for (size_t gap = 0; gap < gaps; gap++) {
     if (control && control->progress &&

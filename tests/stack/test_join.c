@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-enum { SIDE = 40 };
+enum { SIDE = 36 };
 
 typedef double solid(double x, double y, double z);
 
@@ -66,19 +66,19 @@ static void check_signs(const zs_joined *j, const zs_slices *s)
 
 static double ball(double x, double y, double z)
 {
-  return 15 - hypot(hypot(x - 19, y - 20), z);
+  return 15 - hypot(hypot(x - 18, y - 17), z);
 }
 
 /* Two legs that meet. */
 static double fork(double x, double y, double z)
 {
   const double away = z < 0 ? -z / 2 : 0;
-  return 7 - fmin(hypot(x - 24 - away, y - 20), hypot(x - 24 + away, y - 20));
+  return 7 - fmin(hypot(x - 18 - away, y - 17), hypot(x - 18 + away, y - 17));
 }
 
 static double noise(double x, double y, double z)
 {
-  return sin(0.7 * x + z) + sin(0.02 * y * y - z) + sin(0.02 * x * z) - 0.7;
+  return sin(0.5 * x + z) + sin(0.02 * y * y - z) + sin(0.02 * x * z) - 0.9;
 }
 
 static double dot(double x, double y, double z)
@@ -87,7 +87,7 @@ static double dot(double x, double y, double z)
 }
 
 static const double EVEN[] = {-12, -8, -4, 0, 4, 8, 12}, UNEVEN[] = {-14, -13, -6, -5.5, 0, 9, 13};
-static const double WIDE[] = {-20, 0, 20}, TWO[] = {-1, 6};
+static const double WIDE[] = {-13, 0, 13}, TWO[] = {-1, 6};
 
 static const struct {
   const double *heights;
@@ -100,13 +100,13 @@ static void test_signs(void **unused)
   solid *const solids[] = {ball, fork, noise, dot};
   for (int f = 0; f < 4; f++)
     for (int l = 0; l < 4; l++)
-      for (int method = 0; method < 2; method++) {
+      for (int method = ZS_JOIN_AUTO; method < ZS_JOIN_VARIATIONAL; method++) {
         zs_slices s = slices_of(solids[f], LEVELS[l].heights, LEVELS[l].count, l % 2);
         bool any = false;
         for (size_t i = 0; i < s.count; i++)
           any = any || s.slices[i].distance;
         if (any) {
-          zs_joined j = join(&s, method ? ZS_JOIN_VARIATIONAL : ZS_JOIN_LINEAR);
+          zs_joined j = join(&s, (zs_join_method)method);
           check_signs(&j, &s);
           zs_raster_free(j.raster);
         }
@@ -127,7 +127,7 @@ static void test_ball(void **unused)
     for (int i = 0; i < 3000; i++) {
       const double z = random_between(&state, -9, 9), angle = random_between(&state, 0, 6.28);
       const double r = sqrt(15 * 15 - z * z);
-      const double f = value_of(&j, &s, 19 + r * cos(angle), 20 + r * sin(angle), z);
+      const double f = value_of(&j, &s, 18 + r * cos(angle), 17 + r * sin(angle), z);
       worst[method] = fmax(worst[method], fabs(f));
     }
     zs_raster_free(j.raster);
@@ -146,7 +146,7 @@ static void test_is_smooth(void **unused)
     zs_slices s = slices_of(fork, EVEN, 7, true);
     zs_joined j = join(&s, method ? ZS_JOIN_VARIATIONAL : ZS_JOIN_LINEAR);
     for (double angle = 0; angle < 6.28; angle += 0.1) {
-      const double x = 24 + 7 * cos(angle), y = 20 + 7 * sin(angle), h = 1e-3;
+      const double x = 18 + 7 * cos(angle), y = 17 + 7 * sin(angle), h = 1e-3;
       double f[3];
       for (int k = 0; k < 3; k++)
         f[k] = value_of(&j, &s, x, y, -4 + (k - 1) * h);
@@ -168,8 +168,58 @@ static void test_empty_slices(void **unused)
   assert_null(s.slices[0].distance);
   zs_joined j = join(&s, ZS_JOIN_VARIATIONAL);
   check_signs(&j, &s);
-  assert_true(value_of(&j, &s, 19, 20, 8) >= 0);
-  assert_true(value_of(&j, &s, 19, 20, 16) < 0);
+  assert_true(value_of(&j, &s, 18, 17, 8) >= 0);
+  assert_true(value_of(&j, &s, 18, 17, 16) < 0);
+  zs_raster_free(j.raster);
+  zs_slices_clear(&s);
+}
+
+/* Discs that have nothing in common become each other: no layer is empty, none is much
+ * smaller or larger. */
+static double mover(double x, double y, double z)
+{
+  return 5 - hypot(x - 9 - 2 * z, y - 12 - z);
+}
+
+static void test_apart(void **unused)
+{
+  (void)unused;
+  static const double heights[] = {0, 9, 10};
+  for (size_t count = 2; count <= 3; count++)
+    for (int method = ZS_JOIN_AUTO; method <= ZS_JOIN_EXTENDED; method += ZS_JOIN_EXTENDED) {
+      zs_slices s = slices_of(mover, heights, count, true);
+      zs_joined j = join(&s, (zs_join_method)method);
+      for (double z = 0; z <= 9; z += 0.5) {
+        int inside = 0;
+        for (int i = 0; i < SIDE * SIDE; i++)
+          inside += value_of(&j, &s, i % SIDE, i / SIDE, z) >= 0;
+        if (!(fabs(inside / (3.14159 * 25) - 1) < 0.2))
+          fail_msg("%zu slices, at %g: %d pixels", count, z, inside);
+        assert_true(value_of(&j, &s, 9 + 2 * z, 12 + z, z) > 3);
+      }
+      zs_raster_free(j.raster);
+      zs_slices_clear(&s);
+    }
+}
+
+/* A thin wall that moves by more than its thickness from slice to slice stays whole. */
+static double wall(double x, double y, double z)
+{
+  return 1.2 - fabs(hypot(x - 18, y - 18) - 6 - 0.4 * z);
+}
+
+static void test_thin_walls(void **unused)
+{
+  (void)unused;
+  static const double heights[] = {0, 8, 16};
+  zs_slices s = slices_of(wall, heights, 3, true);
+  zs_joined j = join(&s, ZS_JOIN_AUTO);
+  for (double z = 0; z <= 16; z += 1)
+    for (double angle = 0; angle < 6.28; angle += 0.2) {
+      const double r = 6 + 0.4 * z;
+      assert_true(value_of(&j, &s, 18 + r * cos(angle), 18 + r * sin(angle), z) > 0.2);
+      assert_true(value_of(&j, &s, 18 + (r - 3) * cos(angle), 18 + (r - 3) * sin(angle), z) < 0);
+    }
   zs_raster_free(j.raster);
   zs_slices_clear(&s);
 }
@@ -188,7 +238,7 @@ static void test_no_islands(void **unused)
   assert_true(reached && stack);
   for (size_t i = 0; i < count; i++) {
     const float height = j.raster->heights[i / n[0] / n[1]];
-    const bool level = height == 0 || height == 20 || height == 40;
+    const bool level = height == 0 || height == 13 || height == 26;
     if (level && *zs_raster_sample(j.raster, i % n[0], i / n[0] % n[1], i / n[0] / n[1]) >= 0) {
       reached[i] = true;
       stack[used++] = i;
@@ -227,7 +277,7 @@ static void test_threads(void **unused)
     zs_control control;
     zs_control_init(&control);
     control.threads = k ? 3 : 1;
-    assert_int_equal(zs_slices_join(&j[k], &s, ZS_JOIN_VARIATIONAL, &control), ZS_JOIN_DONE);
+    assert_int_equal(zs_slices_join(&j[k], &s, ZS_JOIN_AUTO, &control), ZS_JOIN_DONE);
   }
   for (size_t z = 0; z < j[0].raster->count[2]; z++)
     for (size_t y = 0; y < j[0].raster->count[1]; y++)
@@ -264,7 +314,8 @@ int main(void)
     cmocka_unit_test(test_signs),        cmocka_unit_test(test_ball),
     cmocka_unit_test(test_is_smooth),    cmocka_unit_test(test_empty_slices),
     cmocka_unit_test(test_no_islands),   cmocka_unit_test(test_threads),
-    cmocka_unit_test(test_cancel),
+    cmocka_unit_test(test_cancel),       cmocka_unit_test(test_apart),
+    cmocka_unit_test(test_thin_walls),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

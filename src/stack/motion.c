@@ -1,0 +1,439 @@
+#include "stack/motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+  LEVELS = 4,   /* of the pyramid at the most */
+  LEAST = 12,   /* pixels along a side of its coarsest level */
+  WARPS = 6,    /* linearisations on each level */
+  SWEEPS = 25,  /* Jacobi's iterations for each */
+  LIMITING = 40 /* rounds of smoothing where the displacement changes too fast */
+};
+
+/* The displacement is found where one of the distances is about as small as this, in pixels
+ * of the finest level, and continued smoothly from there. */
+static const float NEAR = 6, LEAST_NEAR = 1.5F;
+/* How fast the displacement may change, for its inverse to be found by iterations. */
+static const float MOST_CHANGE = 1.5F;
+/* The part of a thickness that has to be missing for the gate to open, and to be open. */
+static const float MISSING = 0.3F, OPEN = 0.7F;
+/* How far it has to be open along the outlines, on the average, to be opened at all, and as
+ * far as it is: here and there tips end, which moves nothing. */
+static const float RARE = 0.2F, COMMON = 0.5F;
+
+/* One level of the pyramid. */
+typedef struct level {
+  size_t width, height;
+  float scale;      /* of its pixels, in those of the finest */
+  float *field[2];  /* smoothed distances, in its pixels */
+  float *slope[2][2];
+  float *start[2], *v[2], *next[2]; /* the displacement is start + v */
+  float *gx, *gy, *rest, *weight;   /* of one linearisation */
+} level;
+
+/* ---- Fields -------------------------------------------------------------------------- */
+
+float zs_motion_sample(const float *field, size_t width, size_t height, float x, float y)
+{
+  const float right = (float)(width - 1), bottom = (float)(height - 1);
+  x = x > 0 ? x < right ? x : right : 0;
+  y = y > 0 ? y < bottom ? y : bottom : 0;
+  const size_t i = (size_t)x + 1 < width ? (size_t)x : width - 2;
+  const size_t j = (size_t)y + 1 < height ? (size_t)y : height - 2;
+  const float s = x - (float)i, t = y - (float)j, *p = field + j * width + i;
+  return (1 - t) * ((1 - s) * p[0] + s * p[1]) + t * ((1 - s) * p[width] + s * p[width + 1]);
+}
+
+static size_t clamped(ptrdiff_t i, size_t count)
+{
+  return i < 0 ? 0 : i >= (ptrdiff_t)count ? count - 1 : (size_t)i;
+}
+
+/* A Gaussian along rows and columns, in place; `work` is as large. */
+static void blur(float *field, float *work, size_t width, size_t height, double sigma)
+{
+  enum { MOST = 16 };
+  float kernel[MOST + 1], sum = 0;
+  const int reach = (int)ceil(3 * sigma) < MOST ? (int)ceil(3 * sigma) : MOST;
+  for (int k = 0; k <= reach; k++) {
+    kernel[k] = (float)exp(-k * k / (2 * sigma * sigma));
+    sum += k ? 2 * kernel[k] : kernel[k];
+  }
+  for (size_t y = 0; y < height; y++)
+    for (size_t x = 0; x < width; x++) {
+      float f = 0;
+      for (int k = -reach; k <= reach; k++)
+        f += kernel[abs(k)] * field[y * width + clamped((ptrdiff_t)x + k, width)];
+      work[y * width + x] = f / sum;
+    }
+  for (size_t y = 0; y < height; y++) {
+    float *out = field + y * width;
+    memset(out, 0, width * sizeof *out);
+    for (int k = -reach; k <= reach; k++) {
+      const float *row = work + clamped((ptrdiff_t)y + k, height) * width, w = kernel[abs(k)] / sum;
+      for (size_t x = 0; x < width; x++)
+        out[x] += w * row[x];
+    }
+  }
+}
+
+/* The greatest of (2 reach + 1)^2 neighbours, in place. */
+static void spread(float *field, float *work, size_t width, size_t height, int reach)
+{
+  for (size_t y = 0; y < height; y++)
+    for (size_t x = 0; x < width; x++) {
+      float f = -INFINITY;
+      for (int k = -reach; k <= reach; k++)
+        f = fmaxf(f, field[y * width + clamped((ptrdiff_t)x + k, width)]);
+      work[y * width + x] = f;
+    }
+  for (size_t y = 0; y < height; y++)
+    for (size_t x = 0; x < width; x++) {
+      float f = -INFINITY;
+      for (int k = -reach; k <= reach; k++)
+        f = fmaxf(f, work[clamped((ptrdiff_t)y + k, height) * width + x]);
+      field[y * width + x] = f;
+    }
+}
+
+/* ---- The pyramid ----------------------------------------------------------------------- */
+
+static bool allocate(float **field, size_t count)
+{
+  *field = calloc(count, sizeof **field);
+  return *field;
+}
+
+static bool make_level(level *l, size_t width, size_t height, float scale)
+{
+  const size_t count = width * height;
+  *l = (level){.width = width, .height = height, .scale = scale};
+  bool memory = allocate(&l->gx, count) && allocate(&l->gy, count) && allocate(&l->rest, count) &&
+                allocate(&l->weight, count);
+  for (int k = 0; memory && k < 2; k++)
+    memory = allocate(&l->field[k], count) && allocate(&l->slope[k][0], count) &&
+             allocate(&l->slope[k][1], count) && allocate(&l->start[k], count) &&
+             allocate(&l->v[k], count) && allocate(&l->next[k], count);
+  return memory;
+}
+
+static void free_level(level *l)
+{
+  for (int k = 0; k < 2; k++) {
+    free(l->field[k]);
+    free(l->slope[k][0]);
+    free(l->slope[k][1]);
+    free(l->start[k]);
+    free(l->v[k]);
+    free(l->next[k]);
+  }
+  free(l->gx);
+  free(l->gy);
+  free(l->rest);
+  free(l->weight);
+}
+
+/* Means of four, in pixels that are twice as large. */
+static void halve(const float *from, size_t width, size_t height, level *l, float *to)
+{
+  for (size_t y = 0; y < l->height; y++)
+    for (size_t x = 0; x < l->width; x++) {
+      const size_t i = 2 * x, j = 2 * y, right = i + 1 < width ? i + 1 : i;
+      const size_t down = j + 1 < height ? j + 1 : j;
+      to[y * l->width + x] = (from[j * width + i] + from[j * width + right] +
+                              from[down * width + i] + from[down * width + right]) / 8;
+    }
+}
+
+static void differentiate(level *l)
+{
+  for (int k = 0; k < 2; k++) {
+    blur(l->field[k], l->rest, l->width, l->height, 1);
+    for (size_t y = 0; y < l->height; y++)
+      for (size_t x = 0; x < l->width; x++) {
+        const float *f = l->field[k];
+        const size_t left = clamped((ptrdiff_t)x - 1, l->width), right = clamped((ptrdiff_t)x + 1, l->width);
+        const size_t up = clamped((ptrdiff_t)y - 1, l->height), down = clamped((ptrdiff_t)y + 1, l->height);
+        l->slope[k][0][y * l->width + x] = (f[y * l->width + right] - f[y * l->width + left]) / 2;
+        l->slope[k][1][y * l->width + x] = (f[down * l->width + x] - f[up * l->width + x]) / 2;
+      }
+  }
+}
+
+/* ---- Alignment ---------------------------------------------------------------------------- */
+
+/* Centre and extent of what is inside, by axis. */
+typedef struct moments {
+  double centre[2], extent[2];
+} moments;
+
+static moments moments_of(const float *field, size_t width, size_t height)
+{
+  double count = 0, sum[2] = {0, 0}, square[2] = {0, 0};
+  for (size_t i = 0; i < width * height; i++) {
+    if (field[i] < 0)
+      continue;
+    const double at[2] = {(double)(i % width), (double)(i / width)};
+    count++;
+    for (int k = 0; k < 2; k++) {
+      sum[k] += at[k];
+      square[k] += at[k] * at[k];
+    }
+  }
+  moments m;
+  for (int k = 0; k < 2; k++) {
+    m.centre[k] = sum[k] / count;
+    m.extent[k] = sqrt(fmax(square[k] / count - m.centre[k] * m.centre[k], 0)) + 0.3;
+  }
+  return m;
+}
+
+/* What takes one centre to the other, and one extent to the other in two equal steps. */
+static void align_level(level *l, const moments *a, const moments *b)
+{
+  for (size_t i = 0; i < l->width * l->height; i++)
+    for (int k = 0; k < 2; k++) {
+      const double at = l->scale * ((double)(k ? i / l->width : i % l->width) + 0.5) - 0.5;
+      const double grow = (b->extent[k] - a->extent[k]) / sqrt(a->extent[k] * b->extent[k]);
+      const double u =
+        b->centre[k] - a->centre[k] + grow * (at - (a->centre[k] + b->centre[k]) / 2);
+      l->start[k][i] = (float)(u / l->scale);
+    }
+}
+
+/* ---- Registration ---------------------------------------------------------------------------- */
+
+/* Both fields where the present displacement takes them, and how they differ there. */
+static void linearise(level *l)
+{
+  const size_t w = l->width, h = l->height;
+  const float near = fmaxf(NEAR / l->scale, LEAST_NEAR);
+  for (size_t i = 0; i < w * h; i++) {
+    const float ux = (l->start[0][i] + l->v[0][i]) / 2, uy = (l->start[1][i] + l->v[1][i]) / 2;
+    const float x = (float)(i % w), y = (float)(i / w);
+    const float a = zs_motion_sample(l->field[0], w, h, x - ux, y - uy);
+    const float b = zs_motion_sample(l->field[1], w, h, x + ux, y + uy);
+    float g[2];
+    for (int k = 0; k < 2; k++)
+      g[k] = (zs_motion_sample(l->slope[0][k], w, h, x - ux, y - uy) +
+              zs_motion_sample(l->slope[1][k], w, h, x + ux, y + uy)) / 2;
+    const float least = fminf(fabsf(a), fabsf(b));
+    l->gx[i] = g[0];
+    l->gy[i] = g[1];
+    l->rest[i] = b - a - g[0] * l->v[0][i] - g[1] * l->v[1][i];
+    l->weight[i] = expf(-least * least / (2 * near * near)) + 1e-3F;
+  }
+}
+
+/* One of Jacobi's iterations: the mean of the neighbours, moved towards agreement. */
+static void sweep(level *l, float smoothness)
+{
+  const size_t w = l->width, h = l->height;
+  for (size_t y = 0; y < h; y++) {
+    const size_t up = clamped((ptrdiff_t)y - 1, h) * w, down = clamped((ptrdiff_t)y + 1, h) * w;
+    for (size_t x = 0; x < w; x++) {
+      const size_t i = y * w + x, left = x ? i - 1 : i, right = x + 1 < w ? i + 1 : i;
+      float m[2];
+      for (int k = 0; k < 2; k++) {
+        const float *v = l->v[k];
+        m[k] = (v[left] + v[right] + v[up + x] + v[down + x]) / 4;
+      }
+      const float gx = l->gx[i], gy = l->gy[i], weight = l->weight[i];
+      const float step = weight * (l->rest[i] + gx * m[0] + gy * m[1]) /
+                         (smoothness + weight * (gx * gx + gy * gy));
+      l->next[0][i] = m[0] - gx * step;
+      l->next[1][i] = m[1] - gy * step;
+    }
+  }
+  for (int k = 0; k < 2; k++) {
+    float *v = l->v[k];
+    l->v[k] = l->next[k];
+    l->next[k] = v;
+  }
+}
+
+/* The displacement of a coarser level, in pixels half as large. */
+static void refine(const level *from, level *to)
+{
+  for (int k = 0; k < 2; k++) {
+    for (size_t i = 0; i < to->width * to->height; i++) {
+      const size_t x = clamped((ptrdiff_t)(i % to->width / 2), from->width);
+      const size_t y = clamped((ptrdiff_t)(i / to->width / 2), from->height);
+      to->v[k][i] = 2 * from->v[k][y * from->width + x];
+    }
+    blur(to->v[k], to->rest, to->width, to->height, 1);
+  }
+}
+
+static void register_level(level *l, float smoothness)
+{
+  for (int warp = 0; warp < WARPS; warp++) {
+    linearise(l);
+    for (int k = 0; k < SWEEPS; k++)
+      sweep(l, smoothness);
+  }
+}
+
+/* ---- Limits and gate ------------------------------------------------------------------------ */
+
+/* How fast the displacement changes. */
+static float change_at(const float *const u[2], size_t width, size_t height, size_t x, size_t y)
+{
+  const size_t left = clamped((ptrdiff_t)x - 1, width), right = clamped((ptrdiff_t)x + 1, width);
+  const size_t up = clamped((ptrdiff_t)y - 1, height), down = clamped((ptrdiff_t)y + 1, height);
+  float sum = 0;
+  for (int k = 0; k < 2; k++) {
+    const float a = (u[k][y * width + right] - u[k][y * width + left]) / 2;
+    const float b = (u[k][down * width + x] - u[k][up * width + x]) / 2;
+    sum += a * a + b * b;
+  }
+  return sqrtf(sum);
+}
+
+/* Smooth the displacement around places where it changes too fast, until it does nowhere. */
+static void limit(zs_motion *m, level *work)
+{
+  const size_t w = m->width, h = m->height;
+  for (int round = 0; round < LIMITING; round++) {
+    bool fast = false;
+    for (size_t i = 0; i < w * h; i++) {
+      const float change = change_at((const float *const *)m->u, w, h, i % w, i / w);
+      work->weight[i] = change > MOST_CHANGE;
+      fast = fast || change > MOST_CHANGE;
+    }
+    if (!fast)
+      return;
+    spread(work->weight, work->rest, w, h, 2);
+    blur(work->weight, work->rest, w, h, 1);
+    for (int k = 0; k < 2; k++) {
+      memcpy(work->gx, m->u[k], w * h * sizeof *work->gx);
+      blur(work->gx, work->rest, w, h, 1.5);
+      for (size_t i = 0; i < w * h; i++)
+        m->u[k][i] += work->weight[i] * (work->gx[i] - m->u[k][i]);
+    }
+  }
+}
+
+static float smooth_step(float t)
+{
+  t = t < 0 ? 0 : t > 1 ? 1 : t;
+  return t * t * (3 - 2 * t);
+}
+
+/* Half-way thicknesses of the solid (sign 1) or of what is open (-1), plain and moved. */
+static void open_gate(zs_motion *m, const float *from, const float *to, float sign, level *work)
+{
+  const size_t w = m->width, h = m->height;
+  enum { REACH = 3 };
+  for (size_t i = 0; i < w * h; i++) {
+    const float x = (float)(i % w), y = (float)(i / w), ux = m->u[0][i] / 2, uy = m->u[1][i] / 2;
+    work->gx[i] = sign * (from[i] + to[i]) / 2;
+    work->gy[i] = sign * (zs_motion_sample(from, w, h, x - ux, y - uy) +
+                          zs_motion_sample(to, w, h, x + ux, y + uy)) / 2;
+  }
+  spread(work->gx, work->rest, w, h, REACH);
+  spread(work->gy, work->rest, w, h, REACH);
+  for (size_t i = 0; i < w * h; i++) {
+    const float plain = fmaxf(work->gx[i], 0), moved = work->gy[i];
+    const float need = moved > 0.5F ? (moved - plain) / fmaxf(moved, 1) : 0;
+    m->gate[i] = fmaxf(m->gate[i], smooth_step((need - MISSING) / (OPEN - MISSING)));
+  }
+}
+
+static void find_gate(zs_motion *m, const float *from, const float *to, level *work)
+{
+  if (m->apart) {
+    for (size_t i = 0; i < m->width * m->height; i++)
+      m->gate[i] = 1;
+    return;
+  }
+  open_gate(m, from, to, 1, work);
+  open_gate(m, from, to, -1, work);
+  spread(m->gate, work->rest, m->width, m->height, 3);
+  blur(m->gate, work->rest, m->width, m->height, 4);
+  float sum = 0, count = 1e-6F;
+  for (size_t i = 0; i < m->width * m->height; i++)
+    if (fminf(fabsf(from[i]), fabsf(to[i])) < NEAR / 2) {
+      sum += m->gate[i];
+      count++;
+    }
+  const float part = smooth_step((sum / count - RARE) / (COMMON - RARE));
+  for (size_t i = 0; i < m->width * m->height; i++)
+    m->gate[i] *= part;
+}
+
+/* ---- All of it --------------------------------------------------------------------------------- */
+
+static bool have_common_pixel(const float *a, const float *b, size_t count)
+{
+  for (size_t i = 0; i < count; i++)
+    if (a[i] >= 0 && b[i] >= 0)
+      return true;
+  return false;
+}
+
+/* The levels' fields, the finest first. */
+static bool make_pyramid(level *levels, unsigned count, const float *const fields[2],
+                         size_t width, size_t height)
+{
+  for (unsigned l = 0; l < count; l++) {
+    if (!make_level(&levels[l], width, height, (float)(1U << l)))
+      return false;
+    for (int k = 0; k < 2; k++)
+      if (l == 0)
+        memcpy(levels[0].field[k], fields[k], width * height * sizeof *fields[k]);
+      else
+        halve(levels[l - 1].field[k], levels[l - 1].width, levels[l - 1].height, &levels[l],
+              levels[l].field[k]);
+    width = (width + 1) / 2;
+    height = (height + 1) / 2;
+  }
+  for (unsigned l = 0; l < count; l++)
+    differentiate(&levels[l]);
+  return true;
+}
+
+bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_t width,
+                    size_t height, float smoothness, bool align)
+{
+  const size_t count = width * height;
+  const float *const fields[2] = {from, to};
+  level levels[LEVELS] = {{0}};
+  *motion = (zs_motion){.width = width, .height = height};
+  bool memory = allocate(&motion->u[0], count) && allocate(&motion->u[1], count) &&
+                allocate(&motion->gate, count);
+  motion->apart = !have_common_pixel(from, to, count);
+  unsigned used = 1;
+  while (used < (align || motion->apart ? LEVELS : LEVELS - 1U) && (width >> used) >= LEAST &&
+         (height >> used) >= LEAST)
+    used++;
+  memory = memory && make_pyramid(levels, used, fields, width, height);
+  const moments a = moments_of(from, width, height), b = moments_of(to, width, height);
+  for (unsigned l = used; memory && l-- > 0;) {
+    if (align || motion->apart)
+      align_level(&levels[l], &a, &b);
+    if (l + 1 < used)
+      refine(&levels[l + 1], &levels[l]);
+    register_level(&levels[l], smoothness);
+  }
+  if (memory) {
+    for (size_t i = 0; i < count; i++)
+      for (int k = 0; k < 2; k++)
+        motion->u[k][i] = levels[0].start[k][i] + levels[0].v[k][i];
+    limit(motion, &levels[0]);
+    find_gate(motion, from, to, &levels[0]);
+  }
+  for (unsigned l = 0; l < LEVELS; l++)
+    free_level(&levels[l]);
+  return memory;
+}
+
+void zs_motion_clear(zs_motion *motion)
+{
+  free(motion->u[0]);
+  free(motion->u[1]);
+  free(motion->gate);
+  *motion = (zs_motion){0};
+}
