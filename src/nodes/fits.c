@@ -12,7 +12,7 @@
 /* A file is the magic text, then for each fit the numbers of `head` and its arrays,
  * then a head of zeros, then a checksum of all before it.  All are 8 bytes, the
  * lowest first; real numbers as IEEE 754 has them. */
-static const char MAGIC[16] = "zeroset fits 1\n";
+static const char MAGIC[16] = "zeroset fits 2\n";
 
 static const char *const methods[] = {"dense", "iterative"};
 enum { METHODS = sizeof methods / sizeof *methods };
@@ -21,7 +21,7 @@ enum { METHODS = sizeof methods / sizeof *methods };
 typedef struct head {
   uint64_t dimension, kernel, method, count, terms, point_count, key[2], bytes;
 } head;
-enum { HEAD = sizeof(head) / sizeof(uint64_t) };
+enum { HEAD = sizeof(head) / sizeof(uint64_t), SCALARS = 5 };
 
 /* ---- Writing --------------------------------------------------------------------- */
 
@@ -62,14 +62,15 @@ static bool put_fit(void *context, void *data)
   writer *w = context;
   const zs_variational_fit *fit = data;
   const zs_rbf *rbf = fit->rbf;
-  const head h = {rbf->dimension, rbf->kernel, method_of(rbf), rbf->count, rbf->terms,
+  const head h = {rbf->dimension, rbf->radial.kernel, method_of(rbf), rbf->count, rbf->terms,
                   fit->point_count, {fit->key[0], fit->key[1]}, rbf->bytes};
   uint64_t numbers[HEAD];
   memcpy(numbers, &h, sizeof numbers);
   for (int i = 0; i < HEAD; i++)
     put(w, numbers[i]);
-  const double scalars[4] = {rbf->size, rbf->residual, rbf->seconds, fit->separation};
-  put_numbers(w, scalars, 4);
+  const double scalars[SCALARS] = {rbf->size, rbf->radial.rate, rbf->residual, rbf->seconds,
+                                   fit->separation};
+  put_numbers(w, scalars, SCALARS);
   put_numbers(w, rbf->centre, rbf->dimension);
   put_numbers(w, rbf->polynomial, rbf->terms);
   put_numbers(w, rbf->centres, rbf->count * rbf->dimension);
@@ -173,7 +174,9 @@ static bool all_finite(const double *numbers, size_t count)
 static bool fit_is_good(const zs_variational_fit *fit)
 {
   const zs_rbf *rbf = fit->rbf;
+  const bool gaussian = rbf->radial.kernel == ZS_RBF_GAUSSIAN;
   return rbf->size > 0 && isfinite(rbf->size) && isfinite(fit->separation) &&
+         isfinite(rbf->radial.rate) && (gaussian ? rbf->radial.rate > 0 : rbf->radial.rate == 0) &&
          all_finite(rbf->centre, rbf->dimension) && all_finite(rbf->polynomial, rbf->terms) &&
          all_finite(rbf->centres, rbf->count * rbf->dimension) &&
          all_finite(rbf->weights, rbf->count) && all_finite(fit->points, 3 * fit->point_count);
@@ -182,20 +185,21 @@ static bool fit_is_good(const zs_variational_fit *fit)
 static void fill(reader *r, zs_variational_fit *fit, const head *h)
 {
   zs_rbf *rbf = fit->rbf;
-  double scalars[4] = {0};
+  double scalars[SCALARS] = {0};
   rbf->dimension = (unsigned)h->dimension;
-  rbf->kernel = (zs_rbf_kernel)h->kernel;
+  rbf->radial.kernel = (zs_rbf_kernel)h->kernel;
   rbf->method = methods[h->method];
   rbf->count = h->count;
   rbf->terms = (unsigned)h->terms;
   rbf->bytes = h->bytes;
   memcpy(fit->key, h->key, sizeof fit->key);
   fit->point_count = h->point_count;
-  get_numbers(r, scalars, 4);
+  get_numbers(r, scalars, SCALARS);
   rbf->size = scalars[0];
-  rbf->residual = scalars[1];
-  rbf->seconds = scalars[2];
-  fit->separation = scalars[3];
+  rbf->radial.rate = scalars[1];
+  rbf->residual = scalars[2];
+  rbf->seconds = scalars[3];
+  fit->separation = scalars[4];
   get_numbers(r, rbf->centre, rbf->dimension);
   get_numbers(r, rbf->polynomial, rbf->terms);
   rbf->centres = get_array(r, rbf->count * rbf->dimension);

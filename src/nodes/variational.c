@@ -7,7 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const kernels[] = {"auto", "r", "r3", "r5", "tps2", "tps4", NULL};
+static const char *const kernels[] = {"auto", "r", "r3", "r5", "tps2", "tps4", "gaussian",
+                                      NULL};
 static const char *const sides[] = {"both", "in", NULL};
 static const char *const dimensions[] = {"auto", "2", "3", NULL};
 static const char *const words[] = {"auto", NULL};
@@ -18,8 +19,13 @@ static const double MARGIN = 0.05, MARGIN_BETWEEN = 0.25;
 
 static const zs_attribute attributes[] = {
   ZS_SELECT(struct variational, kernel, "kernel", "auto", kernels,
-            "the radial function: r, r3 (r^3), r5 (r^5), tps2 (r^2 log r) or tps4 (r^4 log r); "
-            "auto is tps2 in 2 and 4 dimensions, r3 in 3 and 5"),
+            "the radial function: r, r3 (r^3), r5 (r^5), tps2 (r^2 log r), tps4 (r^4 log r) or "
+            "gaussian (exp(-r^2 / sigma^2)); auto is tps2 in 2 and 4 dimensions, r3 in 3 and 5"),
+  {.name = "sigma", .type = ZS_NUMBER, .offset = offsetof(struct variational, sigma),
+   .initial = "auto", .unit = "length", .range = ZS_RANGE_POSITIVE, .choices = words,
+   .doc = "width of the gaussian kernel: a few of it away from all points f is but a linear "
+          "function, and may be positive; many times as wide as points are apart, it makes "
+          "singular equations; auto is the widest that is far from that"},
   {.name = "degree", .type = ZS_INTEGER, .offset = offsetof(struct variational, degree),
    .initial = "1", .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1, .maximum = 2,
    .doc = "of the polynomial: shapes of that degree are met exactly; r5 and tps4 have 2 always"},
@@ -131,6 +137,8 @@ static bool check(const zs_node *node, zs_diag *diag)
   const unsigned space = zs_variational_space(node);
   if (space == 2 && p->dimension == ZS_VARIATIONAL_PLANE && !check_flat(node, diag))
     return false;
+  if (p->sigma > 0 && p->kernel != ZS_RBF_GAUSSIAN + 1)
+    return zs_node_misuse(node, diag, "sigma", "only kernel=\"gaussian\" has a width");
   if (!check_pairs(node, shapes, diag))
     return false;
   if (shapes == 0)
@@ -193,7 +201,7 @@ static void describe(zs_compiler *compiler, const zs_node *node, const zs_variat
   size_t count;
   const double *points = world_points(compiler, fit, at, &count);
   const zs_fit_info info = {.element = node->kind->name,
-                            .kernel = zs_rbf_kernel_names[rbf->kernel],
+                            .kernel = zs_rbf_kernel_names[rbf->radial.kernel],
                             .method = rbf->method,
                             .line = node->place.line,
                             .dimension = rbf->dimension,
@@ -230,8 +238,11 @@ static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_va
     beyond[k] = fit->separation * p->slice.values[k];
   zs_variational_sum *sum =
     zs_variational_sum_find(fit, zs_variational_space(node), beyond, p->accuracy,
-                            zs_compiler_cache(compiler), zs_compiler_control(compiler));
-  if (!sum || !zs_compiler_keep(compiler, sum, zs_variational_sum_unref)) {
+                            zs_compiler_cache(compiler), zs_compiler_control(compiler),
+                            zs_compiler_diag(compiler));
+  if (!sum)
+    return zs_emit_constant(compiler, 0);
+  if (!zs_compiler_keep(compiler, sum, zs_variational_sum_unref)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }

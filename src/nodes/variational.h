@@ -13,7 +13,8 @@
 struct variational {
   int kernel; /* 0 is "auto", then zs_rbf_kernel + 1 */
   int degree, dimension, sides, budget;
-  double normal_offset, smoothing, tolerance, separation, accuracy; /* NaN: automatic, or not given */
+  double sigma, normal_offset, smoothing, tolerance, separation, accuracy; /* NaN: automatic, or
+                                                                              not given */
   zs_numbers slice;
 };
 enum { ZS_VARIATIONAL_BOTH_SIDES = 0 };                 /* `sides` */
@@ -110,12 +111,13 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
 void zs_variational_fit_unref(void *fit);
 
 /* What is evaluated in a space of 2 or 3 dimensions where the coordinates beyond it are
- * `extra`, made now or remembered, to be released by zs_variational_sum_unref; NULL when
- * memory is out. */
+ * `extra`, made now or remembered, to be released by zs_variational_sum_unref; NULL after
+ * reporting that memory is out, or cancelled. */
 typedef struct zs_variational_sum zs_variational_sum;
 zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, unsigned space,
                                             const double *extra, double accuracy,
-                                            struct zs_cache *cache, const zs_control *control);
+                                            struct zs_cache *cache, const zs_control *control,
+                                            zs_diag *diag);
 void zs_variational_sum_unref(void *sum);
 const zs_rbf_sum *zs_variational_sum_data(const zs_variational_sum *sum);
 

@@ -102,12 +102,27 @@ static double number_or(double number, double otherwise)
   return isnan(number) ? otherwise : number;
 }
 
+/* 0: automatic, or of no meaning. */
+static double sigma_of(const request *r)
+{
+  return kernel_of(r) == ZS_RBF_GAUSSIAN ? number_or(r->settings->sigma, 0) : 0;
+}
+
 static void key_of(const request *r, uint64_t key[2])
 {
   const struct variational *p = r->settings;
-  const double settings[] = {ZS_VARIATIONAL_VERSION, kernel_of(r), p->degree, p->smoothing, p->sides, p->budget,
-                             r->dimension, r->extra, number_or(p->normal_offset, -1),
-                             number_or(p->tolerance, -1), number_or(p->separation, -1)};
+  const double settings[] = {ZS_VARIATIONAL_VERSION,
+                             kernel_of(r),
+                             sigma_of(r),
+                             p->degree,
+                             p->smoothing,
+                             p->sides,
+                             p->budget,
+                             r->dimension,
+                             r->extra,
+                             number_or(p->normal_offset, -1),
+                             number_or(p->tolerance, -1),
+                             number_or(p->separation, -1)};
   key[0] = r->count;
   key[1] = ~key[0];
   mix(key, settings, ZS_COUNT_OF(settings));
@@ -198,6 +213,7 @@ static zs_rbf *solve(const request *r, const zs_control *control, zs_diag *diag)
   if (collect(&all, r, control, diag)) {
     const zs_rbf_problem problem = {.dimension = r->dimension + r->extra,
                                     .kernel = kernel_of(r),
+                                    .sigma = sigma_of(r),
                                     .degree = (unsigned)p->degree,
                                     .smoothing = p->smoothing,
                                     .count = all.count,
@@ -306,7 +322,8 @@ zs_variational_fit *zs_variational_fit_find(const zs_node *node, const zs_variat
 
 zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, unsigned space,
                                             const double *extra, double accuracy,
-                                            struct zs_cache *cache, const zs_control *control)
+                                            struct zs_cache *cache, const zs_control *control,
+                                            zs_diag *diag)
 {
   uint64_t key[2];
   memcpy(key, fit->key, sizeof key);
@@ -316,10 +333,12 @@ zs_variational_sum *zs_variational_sum_find(const zs_variational_fit *fit, unsig
   if (sum)
     return sum;
   sum = calloc(1, sizeof *sum);
-  if (!sum)
+  if (!sum) {
+    zs_fail_memory(diag);
     return NULL;
+  }
   atomic_init(&sum->references, 1);
-  sum->sum = zs_rbf_sum_new(fit->rbf, space, extra, accuracy, zs_control_threads(control));
+  sum->sum = zs_rbf_sum_new(fit->rbf, space, extra, accuracy, control, diag);
   if (!sum->sum) {
     free(sum);
     return NULL;

@@ -128,8 +128,11 @@ void zs_variational_warp_apply(const zs_variational_warp *warp, int shape, doubl
 /* One component of a displacement. */
 static zs_value displacement(zs_compiler *compiler, const zs_rbf *rbf, const zs_coordinates *at)
 {
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension, NULL, ZS_RBF_ACCURACY, 1);
-  if (!sum || !zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
+  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension, NULL, ZS_RBF_ACCURACY,
+                                   zs_compiler_control(compiler), zs_compiler_diag(compiler));
+  if (!sum)
+    return zs_emit_constant(compiler, 0);
+  if (!zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return zs_emit_constant(compiler, 0);
   }

@@ -1,5 +1,7 @@
 #include "rbf/cells.h"
 
+#include "field/program.h"
+#include "rbf/poll.h"
 #include "rbf/target.h"
 
 #include <stdlib.h>
@@ -8,13 +10,14 @@
 enum {
   ORDER = ZS_CHEBYSHEV_ORDER,
   NEAR = 300, /* centres that a leaf may keep */
+  NEAR_GAUSSIAN = 2000, /* that overlap: cells in which they are polynomials are small */
   FEW = 600,  /* which are not worth cells */
   DEPTH = 13
 };
 /* Limits, against sums that no such tolerance can be had for, some and so many a
  * centre: cells, swarms that are near to them, and pairs of nodes and centres. */
 static const double MOST_CELLS[2] = {4096, 8}, MOST_NEAR[2] = {1e6, 64};
-static const double MOST_PAIRS[2] = {2e9, 4e6};
+static const double MOST_PAIRS[2] = {2e9, 4e6}, MOST_GAUSSIAN_PAIRS[2] = {2e9, 4e5};
 
 /* ---- Levels --------------------------------------------------------------------------- */
 
@@ -42,6 +45,11 @@ static bool is_used(const zs_target_maker *m, const zs_target *parent, unsigned 
   return !m->terms->flat || (child & 4 ? z == 0 : z > 0);
 }
 
+static bool is_gaussian(const zs_target_maker *m)
+{
+  return m->terms->radial.kernel == ZS_RBF_GAUSSIAN;
+}
+
 /* Make the child of a target at one of the next level's places. */
 static bool grow(const zs_target_maker *m, const zs_target *parent, unsigned child, bool last,
                  zs_rbf_cell *cell, zs_target **result, double *pairs)
@@ -52,7 +60,7 @@ static bool grow(const zs_target_maker *m, const zs_target *parent, unsigned chi
   bool done = t != NULL;
   if (t)
     *pairs = t->pairs;
-  if (done && (last || t->near_centres <= NEAR)) {
+  if (done && (last || t->near_centres <= (is_gaussian(m) ? NEAR_GAUSSIAN : NEAR))) {
     done = zs_target_finish(m, t, cell);
     zs_target_free(t);
     t = NULL;
@@ -64,9 +72,8 @@ static bool grow(const zs_target_maker *m, const zs_target *parent, unsigned chi
 /* Divide all targets of a level, eight more cells each; what is left is the next
  * level. */
 static bool divide(const zs_target_maker *m, zs_rbf_cells *cells, level *l, bool last,
-                   unsigned threads)
+                   zs_rbf_poll *poll)
 {
-  (void)threads; /* without OpenMP */
   const size_t count = 8 * l->count, first = cells->count;
   level next = {calloc(count, sizeof *next.targets), malloc(count * sizeof *next.places), 0,
                 l->pairs};
@@ -81,11 +88,12 @@ static bool divide(const zs_target_maker *m, zs_rbf_cells *cells, level *l, bool
     next.count = count;
     for (size_t i = 0; i < l->count; i++)
       all[l->places[i]].children = (uint32_t)(first + 8 * i);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : done)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(zs_control_threads(poll->control)) \
+  reduction(&& : done)
     for (size_t i = 0; i < count; i++)
-      done = grow(m, l->targets[i / 8], (unsigned)(i % 8), last, &all[first + i],
-                  &next.targets[i], &pairs[i]) &&
-             done;
+      done = done && zs_rbf_poll_rounds(poll, 1) &&
+             grow(m, l->targets[i / 8], (unsigned)(i % 8), last, &all[first + i],
+                  &next.targets[i], &pairs[i]);
     size_t left = 0;
     for (size_t i = 0; i < count; i++) {
       next.pairs += pairs[i];
@@ -115,7 +123,31 @@ static bool is_last(const zs_target_maker *m, const zs_rbf_cells *cells, const l
          l->pairs > MOST_PAIRS[0] + MOST_PAIRS[1] * count;
 }
 
-static bool make_cells(const zs_target_maker *m, zs_rbf_cells *cells, unsigned threads)
+/* Wide Gaussians overlap so much that none is far from any cell, and on the next level each may
+ * meet every node: whether that costs more than it is worth. */
+static bool is_enough(const zs_target_maker *m, const level *l)
+{
+  double pairs = l->pairs;
+  if (!is_gaussian(m))
+    return false;
+  for (size_t i = 0; i < l->count; i++)
+    pairs += 8.0 * ZS_TARGET_TERMS * (double)l->targets[i]->near_centres;
+  return pairs > MOST_GAUSSIAN_PAIRS[0] + MOST_GAUSSIAN_PAIRS[1] * (double)m->terms->count;
+}
+
+/* Make leaves of all targets of a level, which is then empty. */
+static bool finish(const zs_target_maker *m, zs_rbf_cells *cells, level *l)
+{
+  bool done = true;
+  for (size_t i = 0; i < l->count; i++) {
+    done = done && zs_target_finish(m, l->targets[i], &cells->cells[l->places[i]]);
+    zs_target_free(l->targets[i]);
+  }
+  l->count = 0;
+  return done;
+}
+
+static bool make_cells(const zs_target_maker *m, zs_rbf_cells *cells, zs_rbf_poll *poll)
 {
   level l = {calloc(1, sizeof *l.targets), calloc(1, sizeof *l.places), 1, 0};
   cells->cells = calloc(1, sizeof *cells->cells);
@@ -125,10 +157,14 @@ static bool make_cells(const zs_target_maker *m, zs_rbf_cells *cells, unsigned t
     l.targets[0] = zs_target_cube(m);
   bool done = l.targets && l.places && cells->cells && l.targets[0];
   if (done && m->terms->count <= FEW)
-    done = zs_target_finish(m, l.targets[0], &cells->cells[0]);
-  else
-    for (unsigned depth = 0; done && l.count; depth++)
-      done = divide(m, cells, &l, is_last(m, cells, &l, depth), threads);
+    done = finish(m, cells, &l);
+  for (unsigned depth = 0; done && l.count; depth++)
+    if (is_enough(m, &l))
+      done = finish(m, cells, &l);
+    else
+      done = zs_rbf_poll_begin(poll, 8 * l.count, (double)depth / DEPTH,
+                               (double)(depth + 1) / DEPTH) &&
+             divide(m, cells, &l, is_last(m, cells, &l, depth), poll);
   free_level(&l);
   return done;
 }
@@ -148,26 +184,29 @@ static double measure(const zs_rbf_cells *cells, const zs_rbf_terms *terms)
     away = away > farthest ? 0 : fmax(nearest, 1.6 * away);
   }
   zs_rbf_terms_values(terms, n, point, exact);
-  zs_cells_select(terms->kernel)->evaluate(cells, terms, n, (const double(*)[ZS_BLOCK])point, sums,
-                                           false);
+  zs_cells_select(terms->radial.kernel)
+    ->evaluate(cells, terms, n, (const double(*)[ZS_BLOCK])point, sums, false);
   for (unsigned i = 0; i < n; i++)
     most = fmax(most, fabs(sums[0][i] - exact[i]));
   return most;
 }
 
-zs_rbf_cells *zs_rbf_cells_new(const zs_rbf_terms *terms, double tolerance, unsigned threads)
+zs_rbf_cells *zs_rbf_cells_new(const zs_rbf_terms *terms, double tolerance,
+                               const zs_control *control, zs_diag *diag)
 {
+  zs_rbf_poll poll = {.control = control, .stage = "cells"};
   zs_swarms swarms;
   zs_rbf_cells *cells = calloc(1, sizeof *cells);
   zs_target_maker *maker = malloc(sizeof *maker);
   bool done = zs_swarms_make(&swarms, terms) && cells && maker;
   if (done) {
     zs_target_maker_init(maker, terms, &swarms, tolerance);
-    done = make_cells(maker, cells, threads);
+    done = make_cells(maker, cells, &poll);
   }
   zs_swarms_clear(&swarms);
   free(maker);
   if (!done) {
+    zs_rbf_poll_fail(&poll, diag);
     zs_rbf_cells_free(cells);
     return NULL;
   }
@@ -218,7 +257,7 @@ static double centre_value(const zs_rbf_terms *terms, size_t j, const double poi
 {
   const zs_rbf_centre *c = &terms->centres[j];
   const double x = point[0] - c->x, y = point[1] - c->y, z = point[2] - c->z;
-  return c->weight * zs_rbf_phi(terms->kernel, x * x + y * y + z * z + c->lift);
+  return c->weight * zs_rbf_phi(terms->radial, x * x + y * y + z * z + c->lift);
 }
 
 static double polynomial_value(const double c[10], double x, double y, double z)
@@ -244,8 +283,8 @@ void zs_rbf_terms_values(const zs_rbf_terms *terms, unsigned n, double (*point)[
       point[k][i] = 0;
     f[i] = polynomial_value(terms->polynomial, point[0][i], point[1][i], point[2][i]);
   }
-  zs_cells_select(terms->kernel)
-    ->add(terms->centres, terms->count, rows, (n + 15) / 16 * 16, f);
+  zs_cells_select(terms->radial.kernel)
+    ->add(terms->radial.rate, terms->centres, terms->count, rows, (n + 15) / 16 * 16, f);
 }
 
 double zs_rbf_cells_value(const zs_rbf_cells *cells, const zs_rbf_terms *terms,

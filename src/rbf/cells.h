@@ -58,7 +58,7 @@ typedef struct zs_rbf_cells {
 
 /* A sum as it is given. */
 typedef struct zs_rbf_terms {
-  zs_rbf_kernel kernel;
+  zs_rbf_radial radial;
   bool flat; /* all centres lie in the plane z = 0, and so do all points that will be asked for */
   size_t count;
   zs_rbf_centre *centres; /* will be put in another order */
@@ -70,9 +70,10 @@ static inline double zs_rbf_terms_half(const zs_rbf_terms *terms)
   return terms->flat ? ZS_CELLS_FLAT_HALF : ZS_CELLS_HALF;
 }
 
-/* Cells that are off by about `tolerance` at most near the centres; NULL when
- * memory is out. */
-zs_rbf_cells *zs_rbf_cells_new(const zs_rbf_terms *terms, double tolerance, unsigned threads);
+/* Cells that are off by about `tolerance` at most near the centres; NULL after
+ * reporting that memory is out, or cancelled.  `control` may be NULL. */
+zs_rbf_cells *zs_rbf_cells_new(const zs_rbf_terms *terms, double tolerance,
+                               const zs_control *control, zs_diag *diag);
 void zs_rbf_cells_free(zs_rbf_cells *cells);
 
 /* The leaf around a point of the cube, and its box. */
@@ -94,9 +95,10 @@ typedef struct zs_cells_kernels {
    * ZS_BLOCK numbers. */
   void (*evaluate)(const zs_rbf_cells *cells, const zs_rbf_terms *terms, unsigned n,
                    const double (*point)[ZS_BLOCK], double (*sum)[ZS_BLOCK], bool gradient);
-  /* Add to sums[0 .. n) the terms of some centres; n is a multiple of 16. */
-  void (*add)(const zs_rbf_centre *centres, size_t count, const double *const point[3], size_t n,
-              double *sums);
+  /* Add to sums[0 .. n) the terms of some centres, the kernel's rate being given; n is a
+   * multiple of 16. */
+  void (*add)(double rate, const zs_rbf_centre *centres, size_t count,
+              const double *const point[3], size_t n, double *sums);
   /* Apply a matrix, given by columns of `to` numbers, along the three axes of `from`^3 numbers:
    * to^3 numbers. */
   void (*transform)(const double *matrix, unsigned from, unsigned to, const double *in,

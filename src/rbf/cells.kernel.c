@@ -153,7 +153,7 @@ static inline ZS_ALWAYS void add_layer(const place *p, const layer *l, groups *g
 }
 
 /* What vectors write past the end of a group is written again by the next. */
-static inline ZS_ALWAYS void evaluate_group(zs_rbf_kernel kernel, const zs_rbf_terms *terms,
+static inline ZS_ALWAYS void evaluate_group(zs_rbf_radial radial, const zs_rbf_terms *terms,
                                             groups *g, unsigned index, bool gradient)
 {
   const place *p = &g->place[index];
@@ -173,7 +173,7 @@ static inline ZS_ALWAYS void evaluate_group(zs_rbf_kernel kernel, const zs_rbf_t
     const double *const point[3] = {&g->point[0][i], &g->point[1][i], &g->point[2][i]};
     double *const sum[4] = {&g->sum[0][i], &g->sum[1][i], &g->sum[2][i], &g->sum[3][i]};
     for (uint32_t r = 0; r < p->cell->near_count; r++)
-      zs_pairs_add_few(kernel, end - i, point, sum, terms->centres + p->cell->near[r].first,
+      zs_pairs_add_few(radial, end - i, point, sum, terms->centres + p->cell->near[r].first,
                        p->cell->near[r].count, gradient);
     return;
   }
@@ -183,13 +183,13 @@ static inline ZS_ALWAYS void evaluate_group(zs_rbf_kernel kernel, const zs_rbf_t
     zs_pairs pairs;
     zs_pairs_load(&pairs, point, sum, gradient);
     for (uint32_t r = 0; r < p->cell->near_count; r++)
-      zs_pairs_add(kernel, &pairs, terms->centres + p->cell->near[r].first,
+      zs_pairs_add(radial, &pairs, terms->centres + p->cell->near[r].first,
                    p->cell->near[r].count, gradient);
     zs_pairs_store(&pairs, sum, gradient);
   }
 }
 
-static inline ZS_ALWAYS void evaluate(zs_rbf_kernel kernel, const zs_rbf_cells *cells,
+static inline ZS_ALWAYS void evaluate(zs_rbf_radial radial, const zs_rbf_cells *cells,
                                       const zs_rbf_terms *terms, unsigned n,
                                       const double (*point)[ZS_BLOCK], double (*sum)[ZS_BLOCK],
                                       bool gradient)
@@ -198,9 +198,9 @@ static inline ZS_ALWAYS void evaluate(zs_rbf_kernel kernel, const zs_rbf_cells *
   sort(cells, &g, n, point);
   for (unsigned i = 0; i < g.count; i++) {
     if (gradient)
-      evaluate_group(kernel, terms, &g, i, true);
+      evaluate_group(radial, terms, &g, i, true);
     else
-      evaluate_group(kernel, terms, &g, i, false);
+      evaluate_group(radial, terms, &g, i, false);
   }
   for (unsigned k = 0; k < (gradient ? 4 : 1); k++)
     for (unsigned i = 0; i < n; i++)
@@ -209,7 +209,7 @@ static inline ZS_ALWAYS void evaluate(zs_rbf_kernel kernel, const zs_rbf_cells *
 
 /* ---- Making cells --------------------------------------------------------------------- */
 
-static inline ZS_ALWAYS void add(zs_rbf_kernel kernel, const zs_rbf_centre *centres, size_t count,
+static inline ZS_ALWAYS void add(zs_rbf_radial radial, const zs_rbf_centre *centres, size_t count,
                                  const double *const point[3], size_t n, double *sums)
 {
   for (size_t i = 0; i < n; i += ZS_PAIRS_POINTS) {
@@ -217,7 +217,7 @@ static inline ZS_ALWAYS void add(zs_rbf_kernel kernel, const zs_rbf_centre *cent
     double *const sum[4] = {sums + i};
     zs_pairs pairs;
     zs_pairs_load(&pairs, at, sum, false);
-    zs_pairs_add(kernel, &pairs, centres, count, false);
+    zs_pairs_add(radial, &pairs, centres, count, false);
     zs_pairs_store(&pairs, sum, false);
   }
 }
@@ -251,21 +251,24 @@ static void transform(const double *matrix, unsigned from, unsigned to, const do
                                 const double (*point)[ZS_BLOCK], double (*sum)[ZS_BLOCK], \
                                 bool gradient) \
   { \
-    evaluate(ZS_RBF_##KERNEL, cells, terms, n, point, sum, gradient); \
+    evaluate((zs_rbf_radial){ZS_RBF_##KERNEL, terms->radial.rate}, cells, terms, n, point, sum, \
+             gradient); \
   } \
-  static void KERNEL##_add(const zs_rbf_centre *centres, size_t count, \
+  static void KERNEL##_add(double rate, const zs_rbf_centre *centres, size_t count, \
                            const double *const point[3], size_t n, double *sums) \
   { \
-    add(ZS_RBF_##KERNEL, centres, count, point, n, sums); \
+    add((zs_rbf_radial){ZS_RBF_##KERNEL, rate}, centres, count, point, n, sums); \
   }
 DEFINE_KERNEL(R)
 DEFINE_KERNEL(R3)
 DEFINE_KERNEL(R5)
 DEFINE_KERNEL(TPS2)
 DEFINE_KERNEL(TPS4)
+DEFINE_KERNEL(GAUSSIAN)
 
 #define KERNEL_ROW(KERNEL) [ZS_RBF_##KERNEL] = {KERNEL##_evaluate, KERNEL##_add, transform}
 
 const zs_cells_kernel_table ZS_KERNELS(zs_cells_kernels) = {
-  KERNEL_ROW(R), KERNEL_ROW(R3), KERNEL_ROW(R5), KERNEL_ROW(TPS2), KERNEL_ROW(TPS4),
+  KERNEL_ROW(R),    KERNEL_ROW(R3),   KERNEL_ROW(R5),
+  KERNEL_ROW(TPS2), KERNEL_ROW(TPS4), KERNEL_ROW(GAUSSIAN),
 };

@@ -46,7 +46,7 @@ typedef struct job {
 } job;
 
 struct zs_fast {
-  zs_rbf_kernel kernel;
+  zs_rbf_radial radial;
   unsigned order, threads;
   side targets, sources;
   job *jobs;
@@ -206,13 +206,13 @@ static void assign_jobs(zs_fast *fast, uint32_t index, uint32_t job)
     assign_jobs(fast, children + i, p->node_count ? (uint32_t)fast->job_count++ : job);
 }
 
-zs_fast *zs_fast_new(zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
+zs_fast *zs_fast_new(zs_rbf_radial radial, const zs_rbf_clusters *targets,
                      const zs_rbf_clusters *sources, unsigned order, unsigned threads)
 {
   zs_fast *fast = calloc(1, sizeof *fast);
   if (!fast)
     return NULL;
-  fast->kernel = kernel;
+  fast->radial = radial;
   fast->order = order;
   fast->threads = threads;
   fast->failed =
@@ -338,7 +338,7 @@ static void run_job(const zs_fast *fast, const job *j, const double *weights, do
     const size_t to = t->clusters->clusters[target].first;
     const size_t from = s->clusters->clusters[source].first;
     multiply(&(zs_rbf_product){
-      .kernel = fast->kernel,
+      .radial = fast->radial,
       .dimension = dimension,
       .target_count = size_of(t, target),
       .source_count = size_of(s, source),
@@ -383,7 +383,7 @@ typedef struct sample {
   double *exact;
 } sample;
 
-static bool make_sample(sample *s, zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
+static bool make_sample(sample *s, zs_rbf_radial radial, const zs_rbf_clusters *targets,
                         const zs_rbf_clusters *sources, const double *weights, unsigned threads)
 {
   enum { MOST = 256 };
@@ -397,7 +397,7 @@ static bool make_sample(sample *s, zs_rbf_kernel kernel, const zs_rbf_clusters *
     for (size_t i = 0; i < s->count; i++)
       memcpy(points + i * dimension, targets->points + i * s->stride * dimension,
              dimension * sizeof *points);
-    zs_rbf_multiply(&(zs_rbf_product){.kernel = kernel,
+    zs_rbf_multiply(&(zs_rbf_product){.radial = radial,
                                       .dimension = dimension,
                                       .target_count = s->count,
                                       .source_count = sources->count,
@@ -433,14 +433,14 @@ zs_fast_errors zs_fast_check(zs_fast *fast, const double *weights)
 {
   sample s = {.exact = NULL};
   zs_fast_errors e = {INFINITY, INFINITY};
-  if (make_sample(&s, fast->kernel, fast->targets.clusters, fast->sources.clusters, weights,
+  if (make_sample(&s, fast->radial, fast->targets.clusters, fast->sources.clusters, weights,
                   fast->threads))
     e = measure(fast, &s, weights);
   free(s.exact);
   return e;
 }
 
-zs_fast *zs_fast_choose(zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
+zs_fast *zs_fast_choose(zs_rbf_radial radial, const zs_rbf_clusters *targets,
                         const zs_rbf_clusters *sources, const double *weights, double accuracy,
                         unsigned threads)
 {
@@ -451,10 +451,10 @@ zs_fast *zs_fast_choose(zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
   sample s = {.exact = NULL};
   zs_fast *fast = NULL;
   double error = INFINITY;
-  bool going = make_sample(&s, kernel, targets, sources, weights, threads);
+  bool going = make_sample(&s, radial, targets, sources, weights, threads);
   for (unsigned order = FIRST; going && order <= ZS_FAST_MOST_ORDER;) {
     zs_fast_free(fast);
-    fast = zs_fast_new(kernel, targets, sources, order, threads);
+    fast = zs_fast_new(radial, targets, sources, order, threads);
     going = fast && zs_fast_pairs(fast) <= WORTHWHILE * all;
     error = going ? measure(fast, &s, weights).mean : INFINITY;
     going = error > accuracy && isfinite(error);

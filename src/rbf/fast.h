@@ -21,7 +21,7 @@ enum { ZS_FAST_LEAST_ORDER = 3, ZS_FAST_MOST_ORDER = 12 };
 /* For products between the points of two trees, which are borrowed and may be
  * the same, with at most `order` nodes along each side of a cluster.  NULL when
  * memory is out. */
-zs_fast *zs_fast_new(zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
+zs_fast *zs_fast_new(zs_rbf_radial radial, const zs_rbf_clusters *targets,
                      const zs_rbf_clusters *sources, unsigned order, unsigned threads);
 void zs_fast_free(zs_fast *fast);
 
@@ -45,7 +45,7 @@ zs_fast_errors zs_fast_check(zs_fast *fast, const double *weights);
 /* The cheapest that is off by at most `accuracy` for some weights, in the root of
  * the mean square at a sample of the targets.  NULL when summing all pairs costs
  * no more, when none is good enough, or when memory is out. */
-zs_fast *zs_fast_choose(zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
+zs_fast *zs_fast_choose(zs_rbf_radial radial, const zs_rbf_clusters *targets,
                         const zs_rbf_clusters *sources, const double *weights, double accuracy,
                         unsigned threads);
 

@@ -4,6 +4,7 @@
 #include "rbf/distinct.h"
 #include "rbf/schwarz.h"
 #include "rbf/solve.h"
+#include "rbf/width.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -59,7 +60,7 @@ double zs_rbf_value(const zs_rbf *rbf, const double *point)
       const double difference = u[k] - rbf->centres[j * dimension + k];
       square += difference * difference;
     }
-    f += rbf->weights[j] * zs_rbf_phi(rbf->kernel, square);
+    f += rbf->weights[j] * zs_rbf_phi(rbf->radial, square);
   }
   zs_rbf_monomials(dimension, rbf->terms > dimension + 1 ? 2 : 1, u, terms);
   for (unsigned k = 0; k < rbf->terms; k++)
@@ -84,6 +85,11 @@ static bool fail_cancelled(const fitter *f)
 
 static bool fail_singular(const fitter *f)
 {
+  if (f->problem->kernel == ZS_RBF_GAUSSIAN)
+    return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place,
+                     "give a smaller sigma, or smoothing=\"1e-8\"",
+                     "the fit is singular: constraints are too close together for Gaussians of "
+                     "width %.3g", f->rbf->size / sqrt(f->rbf->radial.rate));
   return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place,
                    "remove constraints that nearly coincide, or give smoothing=\"1e-8\"",
                    "the fit is singular: constraints are too close together");
@@ -208,6 +214,19 @@ static unsigned degree_of(const zs_rbf_problem *problem)
   return problem->degree > least ? problem->degree : least;
 }
 
+/* Find the rate of Gaussians. */
+static bool set_rate(fitter *f, zs_rbf_system *system)
+{
+  const double given = f->problem->sigma / f->rbf->size;
+  if (f->problem->kernel != ZS_RBF_GAUSSIAN)
+    return true;
+  const double sigma = given > 0 ? given : zs_rbf_choose_width(system);
+  if (!(sigma > 0))
+    return zs_fail_memory(f->diag);
+  system->radial.rate = f->rbf->radial.rate = 1 / (sigma * sigma);
+  return true;
+}
+
 static bool run(fitter *f)
 {
   const zs_rbf_problem *problem = f->problem;
@@ -225,10 +244,10 @@ static bool run(fitter *f)
     return false;
   const unsigned degree = degree_of(problem);
   rbf->dimension = problem->dimension;
-  rbf->kernel = problem->kernel;
+  rbf->radial.kernel = problem->kernel;
   rbf->terms = zs_rbf_monomials(problem->dimension, degree, origin, terms);
   const double tolerance = problem->tolerance > 0 ? problem->tolerance : TOLERANCE;
-  const zs_rbf_job job = {.system = {.kernel = problem->kernel,
+  zs_rbf_job job = {.system = {.radial = rbf->radial,
                                      .dimension = problem->dimension,
                                      .degree = degree,
                                      .terms = rbf->terms,
@@ -244,7 +263,7 @@ static bool run(fitter *f)
                           .tolerance = tolerance * f->distinct.largest,
                           .progress = progress,
                           .context = f};
-  if (!solve(f, &job) || !check_solution(f))
+  if (!set_rate(f, &job.system) || !solve(f, &job) || !check_solution(f))
     return false;
   const double sign = zs_rbf_sign(problem->kernel);
   for (size_t i = 0; i < rbf->count; i++)

@@ -25,6 +25,7 @@ enum {
 typedef struct zs_rbf_problem {
   unsigned dimension; /* 2 .. ZS_RBF_MAXIMUM_DIMENSION */
   zs_rbf_kernel kernel;
+  double sigma;     /* of the Gaussian: phi is exp(-(r / sigma)^2); 0: as wide as is good */
   unsigned degree;  /* of the polynomial, up to 2, where the kernel asks for less */
   double smoothing; /* >= 0 */
   double tolerance; /* >= 0 */
@@ -36,7 +37,7 @@ typedef struct zs_rbf_problem {
 /* A fit: immutable. */
 typedef struct zs_rbf {
   unsigned dimension;
-  zs_rbf_kernel kernel;
+  zs_rbf_radial radial; /* in u */
   size_t count; /* of distinct constraints */
   double centre[ZS_RBF_MAXIMUM_DIMENSION], size;
   double *centres; /* count x dimension, in u */

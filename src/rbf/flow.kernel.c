@@ -19,6 +19,8 @@ static double clamped(float s)
   return s > 0 ? s < 1 ? (double)s : 1 : 0;
 }
 
+static const zs_rbf_radial plate = {ZS_RBF_TPS2, 0};
+
 static zs_vector load(const double *from)
 {
   zs_vector v;
@@ -38,7 +40,7 @@ static void add_values(run *r, const zs_flow *flow, const zs_flow_state *v)
     zs_vector sum = v->polynomial[0] + v->polynomial[1] * x + v->polynomial[2] * y;
     for (size_t j = 0; j < flow->centres; j++) {
       const zs_vector ux = x - v->x[j], uy = y - v->y[j];
-      sum += v->weight[j] * zs_vector_phi(ZS_RBF_TPS2, ux * ux + uy * uy);
+      sum += v->weight[j] * zs_vector_phi(plate, ux * ux + uy * uy);
     }
     store(r->sum[0] + i, sum);
   }
@@ -55,7 +57,7 @@ static void add_slopes(run *r, const zs_flow *flow, const zs_flow_state *v,
     for (size_t j = 0; j < flow->centres; j++) {
       const zs_vector ux = x - v->x[j], uy = y - v->y[j];
       zs_vector slope;
-      const zs_vector phi = zs_vector_phi_and_slope(ZS_RBF_TPS2, ux * ux + uy * uy, &slope);
+      const zs_vector phi = zs_vector_phi_and_slope(plate, ux * ux + uy * uy, &slope);
       slope *= v->weight[j];
       sum += v->weight[j] * phi;
       sum_x += slope * ux;

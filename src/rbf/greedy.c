@@ -106,7 +106,7 @@ static bool measure(selection *s, const zs_rbf *rbf, const zs_control *control)
     for (unsigned k = 0; k < dimension; k++)
       points[i * dimension + k] =
         (s->clusters->points[i * dimension + k] - rbf->centre[k]) / rbf->size;
-  const zs_rbf_product product = {.kernel = rbf->kernel,
+  const zs_rbf_product product = {.radial = rbf->radial,
                                   .dimension = dimension,
                                   .target_count = n,
                                   .source_count = rbf->count,

@@ -66,7 +66,7 @@ static bool stepped(void *context, double norm)
 static bool multiply_by(const solver *s, zs_fast *fast, const double *d, double *result)
 {
   const zs_rbf_system *system = &s->job->system;
-  const double sign = zs_rbf_sign(system->kernel);
+  const double sign = zs_rbf_sign(system->radial.kernel);
   if (!fast) {
     zs_rbf_system_multiply(system, d, result);
     return true;
@@ -161,11 +161,11 @@ static bool choose_products(solver *s)
   double *weights = malloc(n * sizeof *weights);
   const bool done = weights && make_rough_weights(s, s->left, weights);
   if (done)
-    s->quick = zs_fast_choose(system->kernel, clusters, clusters, weights, QUICK,
+    s->quick = zs_fast_choose(system->radial, clusters, clusters, weights, QUICK,
                               system->threads);
   if (done && n > EXACT)
     /* For the final weights, whose residual is of the values' own size. */
-    s->fine = zs_fast_choose(system->kernel, clusters, clusters, weights,
+    s->fine = zs_fast_choose(system->radial, clusters, clusters, weights,
                              FINE * s->job->tolerance / (PEAK * s->job->largest),
                              system->threads);
   free(weights);

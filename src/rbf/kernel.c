@@ -1,6 +1,6 @@
 #include "rbf/kernel.h"
 
-const char *const zs_rbf_kernel_names[] = {"r", "r3", "r5", "tps2", "tps4", 0};
+const char *const zs_rbf_kernel_names[] = {"r", "r3", "r5", "tps2", "tps4", "gaussian", 0};
 
 zs_rbf_kernel zs_rbf_default_kernel(unsigned dimension)
 {
@@ -11,12 +11,12 @@ zs_rbf_kernel zs_rbf_default_kernel(unsigned dimension)
 
 unsigned zs_rbf_order(zs_rbf_kernel kernel)
 {
-  static const unsigned order[] = {1, 2, 3, 2, 3};
+  static const unsigned order[] = {1, 2, 3, 2, 3, 0};
   return order[kernel];
 }
 
 double zs_rbf_sign(zs_rbf_kernel kernel)
 {
-  static const double sign[] = {-1, 1, -1, 1, -1};
+  static const double sign[] = {-1, 1, -1, 1, -1, 1};
   return sign[kernel];
 }

@@ -2,7 +2,8 @@
  *
  * Each is conditionally positive definite of some order m, up to a sign: sums
  * of shifted kernels whose weights annihilate polynomials of degree < m define
- * an energy.  See Wendland, "Scattered Data Approximation" (2005), chapter 8. */
+ * an energy.  The Gaussian is positive definite: its order is 0.
+ * See Wendland, "Scattered Data Approximation" (2005), chapter 8. */
 #ifndef ZS_RBF_KERNEL_H
 #define ZS_RBF_KERNEL_H
 
@@ -14,8 +15,16 @@ typedef enum zs_rbf_kernel {
   ZS_RBF_R5,   /* r^5 */
   ZS_RBF_TPS2, /* r^2 log r: the thin plate */
   ZS_RBF_TPS4, /* r^4 log r */
+  ZS_RBF_GAUSSIAN, /* exp(-rate r^2) */
   ZS_RBF_KERNEL_COUNT
 } zs_rbf_kernel;
+
+/* A kernel with what it needs to be known: the rate of the Gaussian, which is 1 by
+ * the square of its width; 0 for the others. */
+typedef struct zs_rbf_radial {
+  zs_rbf_kernel kernel;
+  double rate;
+} zs_rbf_radial;
 
 /* "r", "r3", ... as authors write them. */
 extern const char *const zs_rbf_kernel_names[ZS_RBF_KERNEL_COUNT + 1];
@@ -28,9 +37,9 @@ zs_rbf_kernel zs_rbf_default_kernel(unsigned dimension);
 unsigned zs_rbf_order(zs_rbf_kernel kernel);
 double zs_rbf_sign(zs_rbf_kernel kernel);
 
-static inline double zs_rbf_phi(zs_rbf_kernel kernel, double s)
+static inline double zs_rbf_phi(zs_rbf_radial radial, double s)
 {
-  switch (kernel) {
+  switch (radial.kernel) {
   case ZS_RBF_R:
     return sqrt(s);
   case ZS_RBF_R3:
@@ -39,8 +48,10 @@ static inline double zs_rbf_phi(zs_rbf_kernel kernel, double s)
     return s * s * sqrt(s);
   case ZS_RBF_TPS2:
     return s > 0 ? 0.5 * s * log(s) : 0;
-  default:
+  case ZS_RBF_TPS4:
     return s > 0 ? 0.5 * s * s * log(s) : 0;
+  default:
+    return exp(-radial.rate * s);
   }
 }
 

@@ -38,6 +38,8 @@ zs_sources += \
   src/rbf/normals.h \
   src/rbf/pairs.h \
   src/rbf/phi.h \
+  src/rbf/poll.c \
+  src/rbf/poll.h \
   src/rbf/product.c \
   src/rbf/product.h \
   src/rbf/schwarz.c \
@@ -53,7 +55,9 @@ zs_sources += \
   src/rbf/target.h \
   src/rbf/tree.c \
   src/rbf/tree.h \
-  src/rbf/vector.h
+  src/rbf/vector.h \
+  src/rbf/width.c \
+  src/rbf/width.h
 
 zs_kernel_sources += \
   src/rbf/cells.kernel.c \

@@ -35,7 +35,7 @@ static inline ZS_ALWAYS void zs_pairs_store(const zs_pairs *p, double *const sum
     memcpy(sum[k], p->sum[k], sizeof p->sum[k]);
 }
 
-static inline ZS_ALWAYS void zs_pairs_add(zs_rbf_kernel kernel, zs_pairs *p,
+static inline ZS_ALWAYS void zs_pairs_add(zs_rbf_radial radial, zs_pairs *p,
                                           const zs_rbf_centre *centres, size_t count, bool gradient)
 {
   for (size_t j = 0; j < count; j++) {
@@ -44,11 +44,11 @@ static inline ZS_ALWAYS void zs_pairs_add(zs_rbf_kernel kernel, zs_pairs *p,
       zs_vector x = p->point[0][v] - c.x, y = p->point[1][v] - c.y, z = p->point[2][v] - c.z;
       zs_vector s = x * x + y * y + z * z + c.lift;
       if (!gradient) {
-        p->sum[0][v] += c.weight * zs_vector_phi(kernel, s);
+        p->sum[0][v] += c.weight * zs_vector_phi(radial, s);
         continue;
       }
       zs_vector slope;
-      p->sum[0][v] += c.weight * zs_vector_phi_and_slope(kernel, s, &slope);
+      p->sum[0][v] += c.weight * zs_vector_phi_and_slope(radial, s, &slope);
       slope *= c.weight;
       p->sum[1][v] += slope * x;
       p->sum[2][v] += slope * y;
@@ -73,7 +73,7 @@ static inline ZS_ALWAYS void zs_pairs_gather(const zs_rbf_centre *centres, size_
 
 /* The same for up to ZS_WIDTH points, rows like those of zs_pairs_load: vectors are of
  * centres then, so that few points take little. */
-static inline ZS_ALWAYS void zs_pairs_add_few(zs_rbf_kernel kernel, unsigned n,
+static inline ZS_ALWAYS void zs_pairs_add_few(zs_rbf_radial radial, unsigned n,
                                               const double *const point[3], double *const sum[4],
                                               const zs_rbf_centre *centres, size_t count,
                                               bool gradient)
@@ -85,11 +85,11 @@ static inline ZS_ALWAYS void zs_pairs_add_few(zs_rbf_kernel kernel, unsigned n,
       const zs_vector x = point[0][i] - c[0], y = point[1][i] - c[1], z = point[2][i] - c[2];
       const zs_vector s = x * x + y * y + z * z + c[3];
       if (!gradient) {
-        sums[i][0] += c[4] * zs_vector_phi(kernel, s);
+        sums[i][0] += c[4] * zs_vector_phi(radial, s);
         continue;
       }
       zs_vector slope;
-      sums[i][0] += c[4] * zs_vector_phi_and_slope(kernel, s, &slope);
+      sums[i][0] += c[4] * zs_vector_phi_and_slope(radial, s, &slope);
       slope *= c[4];
       sums[i][1] += slope * x;
       sums[i][2] += slope * y;

@@ -29,10 +29,36 @@ static inline zs_vector zs_vector_logarithm(zs_vector a)
   return e * 0.69314718055994530942 + 2 * (t + t * q * p);
 }
 
-/* phi of s = r^2. */
-static inline ZS_ALWAYS zs_vector zs_vector_phi(zs_rbf_kernel kernel, zs_vector s)
+/* exp of numbers that are not positive: 2^n exp r with r around 0; 0 where it would be
+ * below the normal numbers. */
+static inline zs_vector zs_vector_exponential(zs_vector a)
 {
-  switch (kernel) {
+  const zs_vector magic = (zs_vector){0} + 6755399441055744.0; /* 1.5 * 2^52 */
+  const zs_vector shifted = a * 1.44269504088896340736 + magic; /* n in its lowest bits */
+  const zs_vector n = shifted - magic;
+  const zs_vector r = a - n * 6.93147180369123816490e-01 - n * 1.90821492927058770002e-10;
+  zs_vector p = (zs_vector){0} + 1.0 / 6227020800;
+  p = p * r + 1.0 / 479001600;
+  p = p * r + 1.0 / 39916800;
+  p = p * r + 1.0 / 3628800;
+  p = p * r + 1.0 / 362880;
+  p = p * r + 1.0 / 40320;
+  p = p * r + 1.0 / 5040;
+  p = p * r + 1.0 / 720;
+  p = p * r + 1.0 / 120;
+  p = p * r + 1.0 / 24;
+  p = p * r + 1.0 / 6;
+  p = p * r + 0.5;
+  p = p * r + 1;
+  p = p * r + 1;
+  const zs_integers scaled = (zs_integers)p + ((zs_integers)shifted << 52);
+  return (zs_vector)(scaled & (a >= -708.0));
+}
+
+/* phi of s = r^2. */
+static inline ZS_ALWAYS zs_vector zs_vector_phi(zs_rbf_radial radial, zs_vector s)
+{
+  switch (radial.kernel) {
   case ZS_RBF_R:
     return zs_vector_root(s);
   case ZS_RBF_R3:
@@ -41,16 +67,18 @@ static inline ZS_ALWAYS zs_vector zs_vector_phi(zs_rbf_kernel kernel, zs_vector 
     return s * s * zs_vector_root(s);
   case ZS_RBF_TPS2:
     return 0.5 * s * zs_vector_logarithm(s);
-  default:
+  case ZS_RBF_TPS4:
     return 0.5 * s * s * zs_vector_logarithm(s);
+  default:
+    return zs_vector_exponential(-radial.rate * s);
   }
 }
 
 /* phi and phi' / r.  Where r = 0 the latter is finite and its factor 0. */
-static inline ZS_ALWAYS zs_vector zs_vector_phi_and_slope(zs_rbf_kernel kernel, zs_vector s,
+static inline ZS_ALWAYS zs_vector zs_vector_phi_and_slope(zs_rbf_radial radial, zs_vector s,
                                                           zs_vector *slope)
 {
-  switch (kernel) {
+  switch (radial.kernel) {
   case ZS_RBF_R: {
     const zs_vector one = (zs_vector){0} + 1;
     zs_vector r = zs_vector_root(s);
@@ -72,10 +100,15 @@ static inline ZS_ALWAYS zs_vector zs_vector_phi_and_slope(zs_rbf_kernel kernel, 
     *slope = l + 1;
     return 0.5 * s * l;
   }
-  default: {
+  case ZS_RBF_TPS4: {
     zs_vector l = zs_vector_logarithm(s);
     *slope = s * (2 * l + 1);
     return 0.5 * s * s * l;
+  }
+  default: {
+    zs_vector phi = zs_vector_exponential(-radial.rate * s);
+    *slope = -2 * radial.rate * phi;
+    return phi;
   }
   }
 }

@@ -13,7 +13,7 @@
 
 /* sums[i] += sum_j weights[j] phi (|targets_i - sources_j|), or the matrix. */
 typedef struct zs_rbf_product {
-  zs_rbf_kernel kernel;
+  zs_rbf_radial radial;
   unsigned dimension;
   size_t target_count, source_count;
   const double *targets, *sources;

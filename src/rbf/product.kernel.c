@@ -27,7 +27,7 @@ static inline ZS_ALWAYS void gather(unsigned dimension, const double *targets, s
 }
 
 /* phi of a source for some targets. */
-static inline ZS_ALWAYS void evaluate(zs_rbf_kernel kernel, unsigned dimension,
+static inline ZS_ALWAYS void evaluate(zs_rbf_radial radial, unsigned dimension,
                                       zs_vector point[MOST][VECTORS], const double *source,
                                       zs_vector phi[VECTORS])
 {
@@ -37,12 +37,12 @@ static inline ZS_ALWAYS void evaluate(zs_rbf_kernel kernel, unsigned dimension,
       const zs_vector difference = point[k][v] - source[k];
       square += difference * difference;
     }
-    phi[v] = zs_vector_phi(kernel, square);
+    phi[v] = zs_vector_phi(radial, square);
   }
 }
 
 /* A tile of sources for some targets. */
-static inline ZS_ALWAYS void visit(zs_rbf_kernel kernel, unsigned dimension, bool matrix,
+static inline ZS_ALWAYS void visit(zs_rbf_radial radial, unsigned dimension, bool matrix,
                                    const zs_rbf_product *p, size_t target, size_t source,
                                    size_t sources)
 {
@@ -52,7 +52,7 @@ static inline ZS_ALWAYS void visit(zs_rbf_kernel kernel, unsigned dimension, boo
   gather(dimension, p->targets + target * dimension, targets, point);
   for (size_t j = source; j < source + sources; j++) {
     const double weight = p->weights[j];
-    evaluate(kernel, dimension, point, p->sources + j * dimension, phi);
+    evaluate(radial, dimension, point, p->sources + j * dimension, phi);
     for (unsigned v = 0; v < VECTORS; v++)
       phi[v] *= weight;
     if (matrix)
@@ -68,40 +68,41 @@ static inline ZS_ALWAYS void visit(zs_rbf_kernel kernel, unsigned dimension, boo
     p->sums[target + i] += sums[i];
 }
 
-static inline ZS_ALWAYS void visit_all(zs_rbf_kernel kernel, unsigned dimension, bool matrix,
+static inline ZS_ALWAYS void visit_all(zs_rbf_radial radial, unsigned dimension, bool matrix,
                                        const zs_rbf_product *p)
 {
   for (size_t source = 0; source < p->source_count; source += TILE) {
     const size_t left = p->source_count - source, sources = left < TILE ? left : TILE;
     for (size_t target = 0; target < p->target_count; target += TARGETS)
-      visit(kernel, dimension, matrix, p, target, source, sources);
+      visit(radial, dimension, matrix, p, target, source, sources);
   }
 }
 
-static inline ZS_ALWAYS void multiply(zs_rbf_kernel kernel, unsigned dimension,
+static inline ZS_ALWAYS void multiply(zs_rbf_radial radial, unsigned dimension,
                                       const zs_rbf_product *p)
 {
   if (p->matrix)
-    visit_all(kernel, dimension, true, p);
+    visit_all(radial, dimension, true, p);
   else
-    visit_all(kernel, dimension, false, p);
+    visit_all(radial, dimension, false, p);
 }
 
 #define DEFINE_PRODUCT(KERNEL) \
   static void KERNEL##_product(const zs_rbf_product *p) \
   { \
+    const zs_rbf_radial radial = {ZS_RBF_##KERNEL, p->radial.rate}; \
     switch (p->dimension) { \
     case 2: \
-      multiply(ZS_RBF_##KERNEL, 2, p); \
+      multiply(radial, 2, p); \
       break; \
     case 3: \
-      multiply(ZS_RBF_##KERNEL, 3, p); \
+      multiply(radial, 3, p); \
       break; \
     case 4: \
-      multiply(ZS_RBF_##KERNEL, 4, p); \
+      multiply(radial, 4, p); \
       break; \
     default: \
-      multiply(ZS_RBF_##KERNEL, 5, p); \
+      multiply(radial, 5, p); \
     } \
   }
 DEFINE_PRODUCT(R)
@@ -109,12 +110,14 @@ DEFINE_PRODUCT(R3)
 DEFINE_PRODUCT(R5)
 DEFINE_PRODUCT(TPS2)
 DEFINE_PRODUCT(TPS4)
+DEFINE_PRODUCT(GAUSSIAN)
 
 void ZS_PASTE(zs_rbf_multiply, ZS_ISA)(const zs_rbf_product *product)
 {
   static zs_rbf_multiply_kernel *const table[ZS_RBF_KERNEL_COUNT] = {
     [ZS_RBF_R] = R_product,       [ZS_RBF_R3] = R3_product,     [ZS_RBF_R5] = R5_product,
     [ZS_RBF_TPS2] = TPS2_product, [ZS_RBF_TPS4] = TPS4_product,
+    [ZS_RBF_GAUSSIAN] = GAUSSIAN_product,
   };
-  table[product->kernel](product);
+  table[product->radial.kernel](product);
 }

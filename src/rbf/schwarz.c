@@ -183,7 +183,7 @@ static void order_rows(making *m)
     const bool real = i >= m->front && i < row;
     if (!real)
       s->order[i] = 0;
-    s->signs[i] = real ? zs_rbf_sign(m->level->system.kernel) : 0;
+    s->signs[i] = real ? zs_rbf_sign(m->level->system.radial.kernel) : 0;
     memcpy(s->ordered + i * dimension, s->at + s->order[i] * dimension,
            dimension * sizeof *s->at);
   }
@@ -194,7 +194,7 @@ static void tabulate(const making *m, const double *sources, const double *signs
                      double *matrix)
 {
   const zs_rbf_system *system = &m->level->system;
-  zs_rbf_multiply_select()(&(zs_rbf_product){.kernel = system->kernel,
+  zs_rbf_multiply_select()(&(zs_rbf_product){.radial = system->radial,
                                              .dimension = system->dimension,
                                              .target_count = m->size,
                                              .source_count = count,
@@ -212,7 +212,7 @@ static void make_panel(const making *m)
   const zs_rbf_system *system = &m->level->system;
   const unsigned dimension = system->dimension;
   const size_t n = m->size, rank = m->rank;
-  const double sign = zs_rbf_sign(system->kernel);
+  const double sign = zs_rbf_sign(system->radial.kernel);
   double *e = s->panel, *c = e + rank * n;
   for (size_t k = 0; k < rank; k++) {
     const double *at = s->at + m->special[k] * dimension;
@@ -228,7 +228,7 @@ static void make_panel(const making *m)
                                   s->at[m->special[l] * dimension + x];
         square += difference * difference;
       }
-      const double a = sign * zs_rbf_phi(system->kernel, square) +
+      const double a = sign * zs_rbf_phi(system->radial, square) +
                        (k == l ? system->smoothing : 0);
       for (size_t i = 0; i < n; i++)
         c[k * n + i] -= 0.5 * a * e[l * n + i];
@@ -588,9 +588,9 @@ static void restrict_residual(const level *l, level *next)
 {
   const zs_rbf_system *system = &l->system;
   const size_t count = next->system.count;
-  const double sign = zs_rbf_sign(system->kernel);
+  const double sign = zs_rbf_sign(system->radial.kernel);
   memset(next->residual, 0, count * sizeof *next->residual);
-  zs_rbf_multiply(&(zs_rbf_product){.kernel = system->kernel,
+  zs_rbf_multiply(&(zs_rbf_product){.radial = system->radial,
                                     .dimension = system->dimension,
                                     .target_count = count,
                                     .source_count = system->count,

@@ -68,7 +68,7 @@ static double tolerance_of(const zs_rbf_terms *terms, double accuracy)
 }
 
 zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned space, const double *extra,
-                           double accuracy, unsigned threads)
+                           double accuracy, const zs_control *control, zs_diag *diag)
 {
   double slice[ZS_RBF_MAXIMUM_DIMENSION - 2];
   for (unsigned k = space; k < rbf->dimension; k++)
@@ -79,18 +79,19 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned space, const double *extr
     free(sum);
     free(inside);
     free(centres);
+    zs_fail_memory(diag);
     return NULL;
   }
   for (size_t j = 0; j < rbf->count; j++)
     centres[j] = centre_of(rbf, space, slice, j);
-  *sum = (zs_rbf_sum){.kernel = rbf->kernel, .inside = inside};
+  *sum = (zs_rbf_sum){.kernel = rbf->radial.kernel, .inside = inside};
   sum->terms = (zs_rbf_terms){
-    .kernel = rbf->kernel, .flat = space == 2, .count = rbf->count, .centres = centres};
+    .radial = rbf->radial, .flat = space == 2, .count = rbf->count, .centres = centres};
   slice_polynomial(rbf, space, slice, sum->terms.polynomial);
   sum->tolerance = tolerance_of(&sum->terms, accuracy);
-  sum->cells = zs_rbf_cells_new(&sum->terms, sum->tolerance, threads);
+  sum->cells = zs_rbf_cells_new(&sum->terms, sum->tolerance, control, diag);
   if (sum->cells)
-    sum->tree = zs_rbf_tree_new(sum, threads);
+    sum->tree = zs_rbf_tree_new(sum, control, diag);
   if (!sum->tree) {
     zs_rbf_sum_free(sum);
     return NULL;
@@ -129,7 +130,8 @@ const void *zs_rbf_sum_restricted(const void *data, const float lo[3], const flo
 static const zs_kernels *const kernels[ZS_RBF_KERNEL_COUNT][ZS_ISA_COUNT] = {
   ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_R]), ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_R3]),
   ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_R5]), ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_TPS2]),
-  ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_TPS4])};
+  ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_TPS4]),
+  ZS_VARIANTS(zs_rbf_sum_kernels, [ZS_RBF_GAUSSIAN])};
 
 #define OPERATION(NAME, KERNEL) \
   [KERNEL] = {.name = NAME, .arity = 3, .kernels = kernels[KERNEL], .reference = reference, \
@@ -141,6 +143,7 @@ static const zs_operation operations[ZS_RBF_KERNEL_COUNT] = {
   OPERATION("rbf r5", ZS_RBF_R5),
   OPERATION("rbf tps2", ZS_RBF_TPS2),
   OPERATION("rbf tps4", ZS_RBF_TPS4),
+  OPERATION("rbf gaussian", ZS_RBF_GAUSSIAN),
 };
 
 const zs_operation *zs_rbf_sum_operation(zs_rbf_kernel kernel)

@@ -43,6 +43,7 @@ static inline ZS_ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_bl
 {
   const zs_rbf_sum *sum = a->data;
   const zs_rbf_terms *terms = &sum->terms;
+  const zs_rbf_radial radial = {kernel, terms->radial.rate};
   convert(b, a);
   if (sum->restricted) {
     ZS_KERNELS(zs_cells_kernels)[kernel].evaluate(
@@ -57,7 +58,7 @@ static inline ZS_ALWAYS void add_all(zs_rbf_kernel kernel, block *b, const zs_bl
       double *const row[4] = {&b->sum[0][i], &b->sum[1][i], &b->sum[2][i], &b->sum[3][i]};
       zs_pairs pairs;
       zs_pairs_load(&pairs, point, row, gradient);
-      zs_pairs_add(kernel, &pairs, terms->centres + tile, count, gradient);
+      zs_pairs_add(radial, &pairs, terms->centres + tile, count, gradient);
       zs_pairs_store(&pairs, row, gradient);
     }
   }
@@ -117,9 +118,11 @@ DEFINE_KERNEL(R3)
 DEFINE_KERNEL(R5)
 DEFINE_KERNEL(TPS2)
 DEFINE_KERNEL(TPS4)
+DEFINE_KERNEL(GAUSSIAN)
 
 #define KERNEL_ROW(KERNEL) [ZS_RBF_##KERNEL] = {KERNEL##_value, KERNEL##_gradient, bounds}
 
 const zs_rbf_sum_table ZS_KERNELS(zs_rbf_sum_kernels) = {
-  KERNEL_ROW(R), KERNEL_ROW(R3), KERNEL_ROW(R5), KERNEL_ROW(TPS2), KERNEL_ROW(TPS4),
+  KERNEL_ROW(R),    KERNEL_ROW(R3),   KERNEL_ROW(R5),
+  KERNEL_ROW(TPS2), KERNEL_ROW(TPS4), KERNEL_ROW(GAUSSIAN),
 };

@@ -33,11 +33,11 @@ void zs_rbf_system_matrix(const zs_rbf_system *system, double *matrix)
   zs_rbf_multiply_kernel *multiply = zs_rbf_multiply_select();
   double signs[PART];
   for (size_t j = 0; j < PART; j++)
-    signs[j] = zs_rbf_sign(system->kernel);
+    signs[j] = zs_rbf_sign(system->radial.kernel);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(system->threads)
   for (size_t first = 0; first < n; first += PART) {
     const size_t count = n - first < PART ? n - first : PART;
-    multiply(&(zs_rbf_product){.kernel = system->kernel,
+    multiply(&(zs_rbf_product){.radial = system->radial,
                                .dimension = system->dimension,
                                .target_count = n,
                                .source_count = count,
@@ -53,9 +53,9 @@ void zs_rbf_system_matrix(const zs_rbf_system *system, double *matrix)
 
 void zs_rbf_system_multiply(const zs_rbf_system *system, const double *d, double *result)
 {
-  const double sign = zs_rbf_sign(system->kernel);
+  const double sign = zs_rbf_sign(system->radial.kernel);
   memset(result, 0, system->count * sizeof *result);
-  zs_rbf_multiply(&(zs_rbf_product){.kernel = system->kernel,
+  zs_rbf_multiply(&(zs_rbf_product){.radial = system->radial,
                                     .dimension = system->dimension,
                                     .target_count = system->count,
                                     .source_count = system->count,

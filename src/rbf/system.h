@@ -12,7 +12,7 @@
 #include "rbf/fit.h"
 
 typedef struct zs_rbf_system {
-  zs_rbf_kernel kernel;
+  zs_rbf_radial radial;
   unsigned dimension, degree, terms;
   double smoothing; /* mu */
   size_t count;

@@ -13,8 +13,8 @@ static const unsigned orders[ROUNDS] = {5, 6, 7, 8, 9, ORDER};
 /* Of the tolerance, what each swarm may be off by, and what may be dropped of a
  * leaf's polynomial. */
 static const double SHARE = 0.5, DROPPED = 0.02;
-/* Beyond a distance f grows, and so does what cells may be off by: by this many
- * tolerances for each side of the unit box. */
+/* Beyond a distance f grows, unless it is of Gaussians, and so does what cells may be off by: by
+ * this many tolerances for each side of the unit box. */
 static const double BEYOND = 0.02, FARTHER = 300;
 
 /* ---- What interpolation is off by -------------------------------------------------- */
@@ -61,8 +61,48 @@ static double rate_of(const double middle[3], const double half[3], const double
 /* phi by powers of the distance, without the logarithm. */
 static double size_of(zs_rbf_kernel kernel, double square)
 {
-  static const double powers[ZS_RBF_KERNEL_COUNT] = {0.5, 1.5, 2.5, 1, 2};
+  static const double powers[ZS_RBF_GAUSSIAN] = {0.5, 1.5, 2.5, 1, 2};
   return pow(square, powers[kernel]);
+}
+
+/* A Gaussian has no singular point.  In Bernstein's ellipse with half axes a and b, of an
+ * interval whose half length squared is `tau` times 1 / rate, it is exp(tau b^2) at most: that is
+ * (a + b)^-n exp(tau b^2) for the coefficient of order n, in the ellipse where it is least. */
+static double gaussian_decay(double tau, unsigned n)
+{
+  return tau > 0 ? exp((hypot(tau, n) - tau - n * asinh(n / tau)) / 2) : 0;
+}
+
+/* What a Gaussian's coefficients fall from, for centres in lo .. hi and points in a target: what
+ * it is by the distances across the axis along which they are most apart.  `most` becomes what
+ * it is itself, at most. */
+static double gaussian_size(double rate, const double middle[3], const double half[3],
+                            const zs_swarm *s, double *most)
+{
+  double sum = s->lift, largest = 0;
+  for (int k = 0; k < 3; k++) {
+    const double gap =
+      fmax(0, fmax(s->lo[k] - middle[k], middle[k] - s->hi[k]) - half[k]);
+    sum += gap * gap;
+    largest = fmax(largest, gap * gap);
+  }
+  *most = exp(-rate * sum);
+  return exp(-rate * (sum - largest));
+}
+
+/* How fast coefficients fall, and how far they have at an order. */
+static double speed_of(const zs_rbf_radial radial, const double middle[3], const double half[3],
+                       const double lo[3], const double hi[3], double lift)
+{
+  const double longest = fmax(half[0], fmax(half[1], half[2]));
+  return radial.kernel == ZS_RBF_GAUSSIAN ? radial.rate * longest * longest
+                                          : rate_of(middle, half, lo, hi, lift);
+}
+
+static double fallen(zs_rbf_kernel kernel, double decay, double speed, unsigned order)
+{
+  return kernel == ZS_RBF_GAUSSIAN ? gaussian_decay(speed, order)
+                                   : decay * pow(speed, -(double)order);
 }
 
 /* ---- Far and near ------------------------------------------------------------------- */
@@ -97,10 +137,10 @@ static bool choose_centres(const zs_target_maker *m, const zs_target *t, const z
     lo[k] = t->middle[k] - t->half;
     hi[k] = t->middle[k] + t->half;
   }
-  const double rate = rate_of(middle, reach, lo, hi, 0);
+  const double speed = speed_of(m->terms->radial, middle, reach, lo, hi, 0);
   for (int i = 0; i < ZS_SWARM_GRIDS && s->grids[i]; i++) {
     const unsigned order = zs_swarm_orders[i];
-    if (m->grid_decay[i] * pow(rate, -(double)order) <= allowed) {
+    if (fallen(m->terms->radial.kernel, m->grid_decay[i], speed, order) <= allowed) {
       *centres = (far_centres){s->grids[i], order * order * order};
       return true;
     }
@@ -109,7 +149,7 @@ static bool choose_centres(const zs_target_maker *m, const zs_target *t, const z
 }
 
 /* The least of the orders that a swarm can be interpolated with in a target, and
- * what to take for it; -1: none is enough. */
+ * what to take for it, which may be no centres at all; -1: none is enough. */
 static int round_for(const zs_target_maker *m, const zs_target *t, const zs_swarm *s,
                      far_centres *centres)
 {
@@ -117,19 +157,25 @@ static int round_for(const zs_target_maker *m, const zs_target *t, const zs_swar
   const bool flat = m->terms->flat; /* a target is its side in the plane then */
   const double half[3] = {t->half, t->half, flat ? 0 : t->half};
   const double middle[3] = {t->middle[0], t->middle[1], flat ? 0 : t->middle[2]};
-  const double rate = rate_of(middle, half, s->lo, s->hi, s->lift);
-  double square = s->lift;
+  const zs_rbf_radial radial = m->terms->radial;
+  const bool gaussian = radial.kernel == ZS_RBF_GAUSSIAN;
+  const double speed = speed_of(radial, middle, half, s->lo, s->hi, s->lift);
+  double square = s->lift, size, most = INFINITY;
   for (int k = 0; k < 3; k++) {
     const double d = middle[k] - (s->lo[k] + s->hi[k]) / 2;
     square += d * d;
   }
+  size = gaussian ? gaussian_size(radial.rate, middle, half, s, &most)
+                  : size_of(radial.kernel, square);
   /* Coefficients fall from twice the size of the terms. */
-  const double size = 2 * s->weight * size_of(m->terms->kernel, square);
-  const double allowed = SHARE * m->tolerance * t->allowance / size;
-  if (rate < SLOWEST || !choose_centres(m, t, s, allowed, centres))
+  const double allowed = SHARE * m->tolerance * t->allowance / (2 * s->weight);
+  *centres = (far_centres){NULL, 0};
+  if (most <= allowed)
+    return 0;
+  if ((!gaussian && speed < SLOWEST) || !choose_centres(m, t, s, allowed / size, centres))
     return -1;
   for (int i = 0; i < ROUNDS; i++)
-    if (m->decay[i] * pow(rate, -(double)orders[i]) <= allowed)
+    if (fallen(radial.kernel, m->decay[i], speed, orders[i]) <= allowed / size)
       return i;
   return -1;
 }
@@ -181,7 +227,7 @@ static bool place_swarm(const zs_target_maker *m, zs_target *t, uint32_t index,
   far_centres centres;
   const int round = round_for(m, t, s, &centres);
   if (round >= 0)
-    return add_far(&far[round], centres);
+    return !centres.count || add_far(&far[round], centres);
   if (!s->child_count || s->half < 0.75 * t->half) {
     t->near_centres += s->range.count;
     return add_near(t, index);
@@ -210,7 +256,8 @@ static void interpolate(const zs_target_maker *m, zs_target *t, int round, const
   }
   const double *const rows[3] = {point[0], point[1], point[2]};
   for (size_t j = 0; j < far->count; j++) {
-    m->kernels->add(far->parts[j].list, far->parts[j].count, rows, (count + 15) / 16 * 16, sums);
+    m->kernels->add(m->terms->radial.rate, far->parts[j].list, far->parts[j].count, rows,
+                    (count + 15) / 16 * 16, sums);
     t->pairs += (double)count * (double)far->parts[j].count;
   }
   for (unsigned k = 1; flat && k < order; k++)
@@ -230,7 +277,9 @@ static bool absorb(const zs_target_maker *m, zs_target *t, const uint32_t *swarm
   double gap = INFINITY;
   for (size_t i = 0; i < count; i++)
     gap = fmin(gap, gap_to(t, m->swarms->list[swarms[i]].lo, m->swarms->list[swarms[i]].hi));
-  t->allowance = count ? 1 + FARTHER * fmax(gap - BEYOND, 0) : 1;
+  t->allowance = count && m->terms->radial.kernel != ZS_RBF_GAUSSIAN
+                   ? 1 + FARTHER * fmax(gap - BEYOND, 0)
+                   : 1;
   for (size_t i = 0; done && i < count; i++)
     done = place_swarm(m, t, swarms[i], far);
   for (int i = 0; done && i < ROUNDS; i++)
@@ -343,13 +392,13 @@ void zs_target_maker_init(zs_target_maker *m, const zs_rbf_terms *terms, const z
 {
   *m = (zs_target_maker){.terms = terms,
                          .swarms = swarms,
-                         .kernels = zs_cells_select(terms->kernel),
+                         .kernels = zs_cells_select(terms->radial.kernel),
                          .tolerance = tolerance};
   zs_chebyshev_halves_make(&m->halves);
   for (int i = 0; i < ROUNDS; i++) {
     zs_chebyshev_fit(orders[i], m->fit[i]);
-    m->decay[i] = decay_of(terms->kernel, orders[i]);
+    m->decay[i] = decay_of(terms->radial.kernel, orders[i]);
   }
   for (int i = 0; i < ZS_SWARM_GRIDS; i++)
-    m->grid_decay[i] = decay_of(terms->kernel, zs_swarm_orders[i]);
+    m->grid_decay[i] = decay_of(terms->radial.kernel, zs_swarm_orders[i]);
 }

@@ -1,5 +1,7 @@
 #include "rbf/tree.h"
 
+#include "field/program.h"
+#include "rbf/poll.h"
 #include "rbf/sum.h"
 
 #include <math.h>
@@ -10,6 +12,7 @@ enum {
   TOP = 4,               /* octrees along each side of the cube */
   TOPS = TOP * TOP * TOP,
   DEPTH = 6, FLAT_DEPTH = 8, /* divisions of a top cell: to a hundredth of the unit box */
+  POLL_DEPTH = 3,            /* of the cells between which progress is told */
   ORDER = 5,             /* nodes along a cell's side */
   NODES = ORDER * ORDER * ORDER
 };
@@ -20,6 +23,9 @@ static const double TAIL = 2;
 static const double AWAY = 1e-5;
 /* Cells away from the unit box are no smaller than this part of the distance. */
 static const double GRADING = 0.1;
+/* A Gaussian may rise and fall between the nodes of a cell whose half side is more than so many of
+ * its widths, unless it is so many of them away from all centres. */
+static const double WIDTHS = 1, REACH = 6;
 
 /* f over a cell lies in lo .. hi, and no farther than `rest` from the plane
  * value + slope . t, the cell being -1 <= t_k <= 1. */
@@ -45,6 +51,7 @@ typedef struct grown {
 /* What is the same for all cells. */
 typedef struct builder {
   const zs_rbf_sum *sum;
+  zs_rbf_poll *poll;
   double place[ORDER], fit[ORDER * ORDER]; /* nodes, and values there to coefficients */
 } builder;
 
@@ -87,6 +94,19 @@ static node enclose(const builder *b, const cell *c)
                 .rest = (float)(size - plane + error)};
 }
 
+/* Whether what is between the nodes of a cell may be anything. */
+static bool is_blind(const builder *b, const cell *c)
+{
+  const zs_rbf_radial radial = b->sum->terms.radial;
+  if (radial.kernel != ZS_RBF_GAUSSIAN)
+    return false;
+  const double sigma = 1 / sqrt(radial.rate);
+  double gap = 0;
+  for (int k = 0; k < 3; k++)
+    gap = fmax(gap, fabs(c->middle[k]) - c->half - 0.5);
+  return c->half > WIDTHS * sigma && gap < REACH * sigma;
+}
+
 /* Make room for eight more nodes; their index, or 0 when memory is out. */
 static uint32_t add_children(grown *g)
 {
@@ -110,18 +130,27 @@ static bool is_small(const builder *b, const cell *c, int level)
   return level == (b->sum->terms.flat ? FLAT_DEPTH : DEPTH) || c->half < GRADING * distance;
 }
 
+/* Tell that a cell is done which will not be divided. */
+static bool tell(const builder *b, int level)
+{
+  return level > POLL_DEPTH ||
+         zs_rbf_poll_rounds(b->poll, (size_t)1 << 3 * (POLL_DEPTH - level));
+}
+
 /* Enclose f over a cell, dividing it while no sign is certain and it is not
- * small.  False when memory is out. */
+ * small.  False when memory is out, or cancelled. */
 static bool grow(const builder *b, grown *g, size_t index, const cell *c, int level)
 {
   if (b->sum->terms.flat && c->middle[2] != c->half) { /* away from the plane z = 0 */
     g->nodes[index] = (node){.lo = INFINITY, .hi = -INFINITY};
-    return true;
+    return tell(b, level);
   }
-  node whole = enclose(b, c);
+  const bool blind = is_blind(b, c);
+  const node whole =
+    blind ? (node){.lo = -INFINITY, .hi = INFINITY, .rest = INFINITY} : enclose(b, c);
   g->nodes[index] = whole;
   if (whole.lo >= 0 || whole.hi < 0 || is_small(b, c, level))
-    return true;
+    return tell(b, level);
   const uint32_t first = add_children(g);
   if (!first)
     return false;
@@ -138,7 +167,7 @@ static bool grow(const builder *b, grown *g, size_t index, const cell *c, int le
   g->nodes[index].lo = lo;
   g->nodes[index].hi = hi;
   g->nodes[index].children = first;
-  return true;
+  return level != POLL_DEPTH || tell(b, level);
 }
 
 static void top_middle(double half, unsigned index, double middle[3])
@@ -187,20 +216,21 @@ static zs_rbf_tree *join(const grown tops[TOPS])
   return tree;
 }
 
-zs_rbf_tree *zs_rbf_tree_new(const zs_rbf_sum *sum, unsigned threads)
+zs_rbf_tree *zs_rbf_tree_new(const zs_rbf_sum *sum, const zs_control *control, zs_diag *diag)
 {
-  (void)threads; /* without OpenMP */
-  builder b = {.sum = sum};
+  zs_rbf_poll poll = {.control = control, .stage = "bounds"};
+  builder b = {.sum = sum, .poll = &poll};
   for (unsigned m = 0; m < ORDER; m++) {
     b.place[m] = zs_chebyshev_node(ORDER, m);
     zs_chebyshev_fit(ORDER, b.fit);
   }
   grown *tops = calloc(TOPS, sizeof *tops);
-  bool done = tops != NULL;
+  bool done = tops && zs_rbf_poll_begin(&poll, (size_t)TOPS << 3 * POLL_DEPTH, 0, 1);
   if (done) {
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : done)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(zs_control_threads(control)) \
+  reduction(&& : done)
     for (unsigned t = 0; t < TOPS; t++)
-      done = grow_top(&b, t, &tops[t]) && done;
+      done = done && grow_top(&b, t, &tops[t]);
   }
   zs_rbf_tree *tree = done ? join(tops) : NULL;
   if (tree) {
@@ -210,6 +240,8 @@ zs_rbf_tree *zs_rbf_tree_new(const zs_rbf_sum *sum, unsigned threads)
   for (unsigned t = 0; tops && t < TOPS; t++)
     free(tops[t].nodes);
   free(tops);
+  if (!tree)
+    zs_rbf_poll_fail(&poll, diag);
   return tree;
 }
 

@@ -89,7 +89,7 @@ static bool keep_fit(zs_block *block, const zs_rbf *rbf)
     centres[i] = (zs_rbf_centre){c[0], c[1], c[2], 0, rbf->weights[i]};
   }
   block->terms =
-    (zs_rbf_terms){.kernel = rbf->kernel, .count = rbf->count, .centres = centres};
+    (zs_rbf_terms){.radial = rbf->radial, .count = rbf->count, .centres = centres};
   memcpy(block->terms.polynomial, rbf->polynomial, 4 * sizeof *rbf->polynomial);
   memcpy(block->centre, rbf->centre, sizeof block->centre);
   block->size = rbf->size;

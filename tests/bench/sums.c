@@ -32,8 +32,9 @@ static bench_span job_compile(void *context)
   zs_field_unref(w->field);
   zs_rbf_sum_free(w->sum);
   w->field = NULL;
+  const zs_control control = bench_control(2);
   const bench_span begun = bench_now();
-  w->sum = zs_rbf_sum_new(w->rbf, 3, NULL, ZS_RBF_ACCURACY, 2);
+  w->sum = zs_rbf_sum_new(w->rbf, 3, NULL, ZS_RBF_ACCURACY, &control, bench_diag());
   const bench_span span = bench_since(begun, w->sum != NULL);
   zs_compiler *compiler = w->sum ? zs_compiler_new(NULL, NULL, bench_diag()) : NULL;
   if (!compiler)
@@ -166,7 +167,7 @@ static double greatest_error(const sum_work *w)
       continue;
     n = 0;
     zs_rbf_terms_values(terms, ZS_BLOCK, point, exact);
-    zs_cells_select(terms->kernel)
+    zs_cells_select(terms->radial.kernel)
       ->evaluate(w->sum->cells, terms, ZS_BLOCK, (const double(*)[ZS_BLOCK])point, sum, false);
     for (int j = 0; j < ZS_BLOCK; j++)
       error = fmax(error, fabs(sum[0][j] - exact[j]));
@@ -177,7 +178,7 @@ static double greatest_error(const sum_work *w)
 bool bench_sum(bench *b, const zs_rbf *rbf)
 {
   const unsigned size = bench_size(b, 256), count = (unsigned)rbf->count;
-  const char *kernel = zs_rbf_kernel_names[rbf->kernel];
+  const char *kernel = zs_rbf_kernel_names[rbf->radial.kernel];
   sum_work w = {.rbf = rbf, .size = size, .layers = size};
   double direct = NAN;
   w.values = malloc((size_t)size * size * size * sizeof *w.values);

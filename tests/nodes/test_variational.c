@@ -145,6 +145,31 @@ static void values_say_where_the_inside_is(void **state)
   zs_field_unref(field);
 }
 
+/* A ball by Gaussians, of a width given and of their own; near its surface as by r3. */
+static void gaussians_make_solids(void **state)
+{
+  (void)state;
+  static const char *const scenes[] = {
+    "<variational kernel='gaussian' sigma='0.8'><points src='sphere.xyz'/></variational>",
+    "<variational kernel='gaussian'><points src='sphere.xyz'/></variational>"};
+  for (int s = 0; s < 2; s++) {
+    zs_field *field = compile(scenes[s]);
+    zs_eval *eval = evaluator(field);
+    for (int i = 0; i < POINTS; i++) {
+      const double *p = sphere[i];
+      assert_true(fabs(zs_eval_point(eval, p)) < 1e-6);
+      for (double r = 0.9; r < 1.1; r += 0.03)
+        assert_true(fabs(zs_eval_point(eval, (double[3]){r * p[0], r * p[1], r * p[2]}) -
+                         (1 - r)) < 0.02);
+    }
+    zs_fit_info info;
+    assert_true(zs_field_fit(field, 0, &info));
+    assert_string_equal(info.kernel, "gaussian");
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
 static void placement_moves_the_solid(void **state)
 {
   (void)state;
@@ -280,6 +305,10 @@ static void mistakes_are_explained(void **state)
      "scene.xml", 2, ZS_ERROR_SYNTAX},
     {"<variational kernel='cubic'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
      ZS_ERROR_SCHEMA},
+    {"<variational sigma='0.1'><points src='sphere.xyz'/></variational>", "gaussian", "scene.xml", 2,
+     ZS_ERROR_SCHEMA},
+    {"<variational kernel='gaussian' sigma='90'><points src='sphere.xyz'/></variational>",
+     "for Gaussians of width 90", "scene.xml", 2, ZS_ERROR_UNABLE},
     {"<variational smoothing='-0.1'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
      ZS_ERROR_SCHEMA},
     {"<variational><point normal='0 0 1'/></variational>", "", "scene.xml", 2, ZS_ERROR_SCHEMA},
@@ -358,6 +387,7 @@ int main(void)
     cmocka_unit_test(is_the_distance_nearby),
     cmocka_unit_test(all_sources_agree),
     cmocka_unit_test(values_say_where_the_inside_is),
+    cmocka_unit_test(gaussians_make_solids),
     cmocka_unit_test(placement_moves_the_solid),
     cmocka_unit_test(evaluators_agree),
     cmocka_unit_test(fits_are_remembered),

@@ -32,6 +32,12 @@ static inline double smooth(unsigned dimension, const double *x)
   return f;
 }
 
+/* Of the Gaussians of clouds: some times as far as points are from each other. */
+static inline double cloud_sigma(unsigned dimension, size_t count)
+{
+  return 4 / pow((double)count, 1.0 / dimension);
+}
+
 static inline cloud *random_cloud(unsigned dimension, zs_rbf_kernel kernel, size_t count,
                                   uint64_t seed)
 {
@@ -39,6 +45,7 @@ static inline cloud *random_cloud(unsigned dimension, zs_rbf_kernel kernel, size
   assert_non_null(c);
   c->problem = (zs_rbf_problem){.dimension = dimension,
                                 .kernel = kernel,
+                                .sigma = cloud_sigma(dimension, count),
                                 .count = count,
                                 .positions = c->positions,
                                 .values = c->values};
@@ -59,6 +66,11 @@ static inline zs_rbf *fitted(const cloud *c)
   return rbf;
 }
 
+static inline zs_rbf_radial radial_of(const zs_rbf_problem *p)
+{
+  return (zs_rbf_radial){p->kernel, 1 / (p->sigma * p->sigma)};
+}
+
 /* The whole bordered system, in the points' own coordinates, by a pivoted
  * symmetric factorisation. */
 static inline void solve_bordered(const cloud *c, unsigned degree, double *solution)
@@ -77,7 +89,7 @@ static inline void solve_bordered(const cloud *c, unsigned degree, double *solut
         double d = p->positions[i * p->dimension + k] - p->positions[j * p->dimension + k];
         s += d * d;
       }
-      matrix[j * size + i] = zs_rbf_phi(p->kernel, s) +
+      matrix[j * size + i] = zs_rbf_phi(radial_of(p), s) +
                              (i == j ? zs_rbf_sign(p->kernel) * p->smoothing : 0);
     }
     zs_rbf_monomials(p->dimension, degree, p->positions + j * p->dimension, terms);
@@ -105,7 +117,7 @@ static inline double bordered_value(const cloud *c, unsigned degree, const doubl
       double d = x[k] - p->positions[j * p->dimension + k];
       s += d * d;
     }
-    f += solution[j] * zs_rbf_phi(p->kernel, s);
+    f += solution[j] * zs_rbf_phi(radial_of(p), s);
   }
   unsigned count = zs_rbf_monomials(p->dimension, degree, x, terms);
   for (unsigned k = 0; k < count; k++)

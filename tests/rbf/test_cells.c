@@ -1,6 +1,7 @@
 /* Cells of radial sums against the sums themselves. */
 #include "../random.h"
 
+#include "field/program.h"
 #include "rbf/cells.h"
 
 #include <math.h>
@@ -51,7 +52,7 @@ static void place(layout kind, uint64_t *seed, double p[3])
 static zs_rbf_terms terms_of(layout kind, zs_rbf_kernel kernel, size_t count, double lift,
                              uint64_t seed)
 {
-  zs_rbf_terms terms = {.kernel = kernel, .count = count,
+  zs_rbf_terms terms = {.radial = {kernel, 100}, .count = count,
                         .centres = malloc(count * sizeof *terms.centres)};
   assert_non_null(terms.centres);
   for (size_t j = 0; j < count; j++) {
@@ -91,15 +92,24 @@ static void choose_points(const zs_rbf_terms *terms, double point[3][ZS_BLOCK], 
   }
 }
 
+static zs_control threads_only(unsigned threads)
+{
+  zs_control control;
+  zs_control_init(&control);
+  control.threads = threads;
+  return control;
+}
+
 /* Values, and derivatives against differences of the sum. */
 static void compare(const zs_rbf_terms *terms, double tolerance, unsigned threads, uint64_t *seed)
 {
   static double point[3][ZS_BLOCK], exact[ZS_BLOCK], sum[4][ZS_BLOCK], value[1][ZS_BLOCK];
-  zs_rbf_cells *cells = zs_rbf_cells_new(terms, tolerance, threads);
+  const zs_control control = threads_only(threads);
+  zs_rbf_cells *cells = zs_rbf_cells_new(terms, tolerance, &control, NULL);
   assert_non_null(cells);
   choose_points(terms, point, seed);
   zs_rbf_terms_values(terms, ZS_BLOCK, point, exact);
-  const zs_cells_kernels *kernels = zs_cells_select(terms->kernel);
+  const zs_cells_kernels *kernels = zs_cells_select(terms->radial.kernel);
   kernels->evaluate(cells, terms, ZS_BLOCK, (const double(*)[ZS_BLOCK])point, sum, true);
   kernels->evaluate(cells, terms, ZS_BLOCK, (const double(*)[ZS_BLOCK])point, value, false);
   double rounding = 0;
@@ -121,7 +131,7 @@ static void compare(const zs_rbf_terms *terms, double tolerance, unsigned thread
       const double slope =
         (zs_rbf_terms_value(terms, p) - zs_rbf_terms_value(terms, q)) / (2 * h);
       /* Sums of r have kinks. */
-      if (terms->kernel != ZS_RBF_R)
+      if (terms->radial.kernel != ZS_RBF_R)
         assert_true(fabs(sum[k + 1][i] - slope) <= 2e3 * tolerance + 1e-5 * fabs(slope));
     }
   }
@@ -176,8 +186,9 @@ static void threads_make_the_same_cells(void **state)
 {
   (void)state;
   zs_rbf_terms terms = terms_of(SPHERE, ZS_RBF_R, 1500, 0, 3);
-  zs_rbf_cells *one = zs_rbf_cells_new(&terms, 1e-6, 1);
-  zs_rbf_cells *three = zs_rbf_cells_new(&terms, 1e-6, 3);
+  const zs_control alone = threads_only(1), many = threads_only(3);
+  zs_rbf_cells *one = zs_rbf_cells_new(&terms, 1e-6, &alone, NULL);
+  zs_rbf_cells *three = zs_rbf_cells_new(&terms, 1e-6, &many, NULL);
   assert_int_equal(one->count, three->count);
   assert_int_equal(one->bytes, three->bytes);
   assert_true(one->count > 100);
@@ -197,6 +208,43 @@ static void threads_make_the_same_cells(void **state)
   free(terms.centres);
 }
 
+/* A callback that is called in time, from the thread that began, and ends it. */
+typedef struct caller {
+  unsigned calls, most;
+  double latest;
+} caller;
+
+static bool count_calls(void *context, const char *stage, double fraction)
+{
+  caller *c = context;
+  assert_string_equal(stage, "cells");
+  assert_true(fraction >= c->latest && fraction <= 1);
+  c->latest = fraction;
+  return ++c->calls < c->most;
+}
+
+static void can_be_cancelled(void **state)
+{
+  (void)state;
+  zs_rbf_terms terms = terms_of(SPHERE, ZS_RBF_R3, 1500, 0, 3);
+  caller c = {.most = 1u << 30};
+  zs_control control = threads_only(2);
+  control.progress = count_calls;
+  control.context = &c;
+  zs_rbf_cells_free(zs_rbf_cells_new(&terms, 1e-6, &control, NULL));
+  assert_true(c.calls > 20);
+  for (unsigned most = 1; most < c.calls; most = 3 * most + 1) {
+    caller few = {.most = most};
+    zs_diag diag = {0};
+    control.context = &few;
+    assert_null(zs_rbf_cells_new(&terms, 1e-6, &control, &diag));
+    assert_int_equal(few.calls, most);
+    assert_int_equal(diag.status, ZS_CANCELLED);
+    assert_int_equal(diag.errors, 1);
+  }
+  free(terms.centres);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -204,6 +252,7 @@ int main(void)
     cmocka_unit_test(cells_of_slices_equal_sums),
     cmocka_unit_test(extremes_work),
     cmocka_unit_test(threads_make_the_same_cells),
+    cmocka_unit_test(can_be_cancelled),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

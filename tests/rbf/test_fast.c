@@ -139,9 +139,11 @@ static double *random_weights(size_t count)
   return weights;
 }
 
+static const zs_rbf_radial r1 = {ZS_RBF_R, 0}, r3 = {ZS_RBF_R3, 0};
+
 /* The root of the mean square, over some of the targets, of the errors of sums,
  * and of what their terms add up to without their signs. */
-static double sum_errors(zs_fast *fast, zs_rbf_kernel kernel, const zs_rbf_clusters *targets,
+static double sum_errors(zs_fast *fast, zs_rbf_radial radial, const zs_rbf_clusters *targets,
                          const zs_rbf_clusters *sources, const double *weights, double *size)
 {
   const unsigned dimension = targets->dimension;
@@ -156,8 +158,8 @@ static double sum_errors(zs_fast *fast, zs_rbf_kernel kernel, const zs_rbf_clust
       double s = 0;
       for (unsigned k = 0; k < dimension; k++)
         s += pow(targets->points[i * dimension + k] - sources->points[j * dimension + k], 2);
-      exact += weights[j] * zs_rbf_phi(kernel, s);
-      absolute += fabs(weights[j] * zs_rbf_phi(kernel, s));
+      exact += weights[j] * zs_rbf_phi(radial, s);
+      absolute += fabs(weights[j] * zs_rbf_phi(radial, s));
     }
     square += pow(sums[i] - exact, 2);
     whole += pow(absolute, 2);
@@ -176,15 +178,16 @@ static void products_agree_with_pairs(void **state)
     for (int shape = 0; shape < SHAPES; shape++) {
       zs_rbf_clusters *clusters = random_clusters(shape, dimension, COUNT, 11);
       for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
+        const zs_rbf_radial radial = {(zs_rbf_kernel)kernel, 3};
         double size, rough, fine;
-        zs_fast *fast = zs_fast_new((zs_rbf_kernel)kernel, clusters, clusters, 4, 2);
+        zs_fast *fast = zs_fast_new(radial, clusters, clusters, 4, 2);
         assert_non_null(fast);
-        rough = sum_errors(fast, (zs_rbf_kernel)kernel, clusters, clusters, weights, &size);
+        rough = sum_errors(fast, radial, clusters, clusters, weights, &size);
         assert_true(rough < 1e-3 * size);
         zs_fast_free(fast);
-        fast = zs_fast_new((zs_rbf_kernel)kernel, clusters, clusters, 9, 2);
+        fast = zs_fast_new(radial, clusters, clusters, 9, 2);
         assert_non_null(fast);
-        fine = sum_errors(fast, (zs_rbf_kernel)kernel, clusters, clusters, weights, &size);
+        fine = sum_errors(fast, radial, clusters, clusters, weights, &size);
         assert_true(fine < 2e-7 * size);
         zs_fast_free(fast);
       }
@@ -202,9 +205,9 @@ static void two_trees_agree_with_pairs(void **state)
     zs_rbf_clusters *targets = random_clusters(SPHERE, 3, counts[i][0], 5);
     zs_rbf_clusters *sources = random_clusters(RANDOM, 3, counts[i][1], 6);
     double *weights = random_weights(counts[i][1]), size;
-    zs_fast *fast = zs_fast_new(ZS_RBF_R3, targets, sources, 8, 2);
+    zs_fast *fast = zs_fast_new(r3, targets, sources, 8, 2);
     assert_non_null(fast);
-    assert_true(sum_errors(fast, ZS_RBF_R3, targets, sources, weights, &size) < 1e-5 * size);
+    assert_true(sum_errors(fast, r3, targets, sources, weights, &size) < 1e-5 * size);
     zs_fast_free(fast);
     free(weights);
     zs_rbf_clusters_free(targets);
@@ -219,7 +222,7 @@ static void pairs_are_few(void **state)
   double pairs[2];
   for (int i = 0; i < 2; i++) {
     zs_rbf_clusters *clusters = random_clusters(SPHERE, 3, i ? 40000 : 10000, 5);
-    zs_fast *fast = zs_fast_new(ZS_RBF_R, clusters, clusters, 6, 1);
+    zs_fast *fast = zs_fast_new(r1, clusters, clusters, 6, 1);
     assert_non_null(fast);
     pairs[i] = zs_fast_pairs(fast);
     zs_fast_free(fast);
@@ -239,7 +242,7 @@ static void the_asked_accuracy_is_chosen(void **state)
     zs_rbf_clusters *clusters = random_clusters(shape, 3, COUNT, 11);
     double pairs = 0;
     for (double accuracy = 1e-1; accuracy > 1e-3; accuracy /= 30) {
-      zs_fast *fast = zs_fast_choose(ZS_RBF_R, clusters, clusters, weights, accuracy, 2);
+      zs_fast *fast = zs_fast_choose(r1, clusters, clusters, weights, accuracy, 2);
       assert_true(fast || shape < PLANE);
       if (!fast)
         break;
@@ -248,10 +251,10 @@ static void the_asked_accuracy_is_chosen(void **state)
       assert_true(zs_fast_pairs(fast) >= pairs);
       pairs = zs_fast_pairs(fast);
       /* At other targets than those it was chosen by. */
-      assert_true(sum_errors(fast, ZS_RBF_R, clusters, clusters, weights, &size) < 2 * accuracy);
+      assert_true(sum_errors(fast, r1, clusters, clusters, weights, &size) < 2 * accuracy);
       zs_fast_free(fast);
     }
-    assert_null(zs_fast_choose(ZS_RBF_R, clusters, clusters, weights, 1e-30, 2));
+    assert_null(zs_fast_choose(r1, clusters, clusters, weights, 1e-30, 2));
     zs_rbf_clusters_free(clusters);
   }
   free(weights);

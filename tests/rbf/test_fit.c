@@ -40,7 +40,7 @@ static void approximates_between_points(void **state)
 static void agrees_with_bordered_system(void **state)
 {
   (void)state;
-  for (unsigned dimension = 2; dimension <= 4; dimension++)
+  for (unsigned dimension = 2; dimension <= 5; dimension++)
     for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++) {
       unsigned order = zs_rbf_order((zs_rbf_kernel)kernel), degree = order > 2 ? order - 1 : 1;
       cloud *c = random_cloud(dimension, (zs_rbf_kernel)kernel, 120, 31 + (unsigned)kernel);
@@ -127,6 +127,7 @@ static void flat_sets_are_fitted(void **state)
     for (int kernel = 0; kernel < ZS_RBF_KERNEL_COUNT; kernel++)
       for (int rounded = 0; rounded <= 1; rounded++) {
         cloud *c = random_cloud(3, (zs_rbf_kernel)kernel, 60, 17);
+        c->problem.sigma = 0; /* chosen by how close the points are */
         uint64_t seed = 8;
         for (size_t i = 0; i < 60; i++) {
           double s = random_between(&seed, -1, 1), t = random_between(&seed, -1, 1);
@@ -211,6 +212,41 @@ static void contradictions_are_reported(void **state)
   c->problem.smoothing = 1e-6;
   zs_rbf *rbf = fitted(c);
   assert_true(fabs(zs_rbf_value(rbf, c->positions + 30) - 0.75) < 1e-3);
+  zs_rbf_free(rbf);
+  free(c);
+}
+
+/* Gaussians of which nothing is said are as wide as can be solved, by themselves or by a message
+ * that says which ones cannot. */
+static void gaussians_have_a_width(void **state)
+{
+  (void)state;
+  static const size_t counts[] = {30, 300, 1500};
+  double before = INFINITY;
+  for (int i = 0; i < 3; i++) {
+    cloud *c = random_cloud(3, ZS_RBF_GAUSSIAN, counts[i], 8);
+    c->problem.sigma = 0;
+    zs_rbf *rbf = fitted(c);
+    const double sigma = 1 / sqrt(rbf->radial.rate);
+    assert_true(sigma < before && sigma > 0.5 / cbrt((double)counts[i]));
+    assert_true(rbf->residual < 1e-6);
+    before = sigma;
+    zs_rbf_free(rbf);
+    free(c);
+  }
+  cloud *c = random_cloud(3, ZS_RBF_GAUSSIAN, 300, 8);
+  c->problem.sigma = 50;
+  fails_with(&c->problem, NULL, ZS_ERROR_UNABLE, "for Gaussians of width 50");
+  /* Smoothing makes any width good. */
+  c->problem.smoothing = 1e-8;
+  zs_rbf_free(fitted(c));
+  /* Far from all points there is but the polynomial. */
+  c->problem.smoothing = 0;
+  c->problem.sigma = 0.3;
+  zs_rbf *rbf = fitted(c);
+  const double far[3] = {9, 0, 0}, farther[3] = {11, 0, 0}, middle[3] = {10, 0, 0};
+  assert_true(fabs(zs_rbf_value(rbf, far) + zs_rbf_value(rbf, farther) -
+                   2 * zs_rbf_value(rbf, middle)) < 1e-9);
   zs_rbf_free(rbf);
   free(c);
 }
@@ -336,6 +372,7 @@ int main(void)
     cmocka_unit_test(few_points_are_fitted),
     cmocka_unit_test(repeated_points_count_once),
     cmocka_unit_test(contradictions_are_reported),
+    cmocka_unit_test(gaussians_have_a_width),
     cmocka_unit_test(smoothing_trades_closeness),
     cmocka_unit_test(limits_are_kept),
     cmocka_unit_test(can_be_cancelled),

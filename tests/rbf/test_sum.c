@@ -58,8 +58,11 @@ static const double slice[2] = {0.1, -0.2};
 
 static zs_rbf_sum *sum_of(const zs_rbf *rbf, unsigned threads)
 {
+  zs_control control;
+  zs_control_init(&control);
+  control.threads = threads;
   zs_rbf_sum *sum =
-    zs_rbf_sum_new(rbf, rbf->dimension < 3 ? 2 : 3, slice, ZS_RBF_ACCURACY, threads);
+    zs_rbf_sum_new(rbf, rbf->dimension < 3 ? 2 : 3, slice, ZS_RBF_ACCURACY, &control, NULL);
   assert_non_null(sum);
   return sum;
 }
@@ -165,7 +168,7 @@ static void sums_in_the_plane_follow_the_fit(void **state)
   uint64_t seed = 6;
   for (unsigned dimension = 2; dimension <= ZS_RBF_MAXIMUM_DIMENSION; dimension++) {
     zs_rbf *rbf = sphere_fit(dimension, ZS_RBF_R3, 300, dimension);
-    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2, beyond, ZS_RBF_ACCURACY, 2);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 2, beyond, ZS_RBF_ACCURACY, NULL, NULL);
     assert_non_null(sum);
     const float lo[3] = {-19, -19, 0}, hi[3] = {19, 19, 0};
     const void *inside = zs_rbf_sum_restricted(sum, lo, hi, NULL);
@@ -393,7 +396,7 @@ static void accuracy_is_kept(void **state)
   zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 300, 6);
   size_t before = SIZE_MAX;
   for (size_t a = 0; a < sizeof accuracies / sizeof *accuracies; a++) {
-    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 3, NULL, accuracies[a], 2);
+    zs_rbf_sum *sum = zs_rbf_sum_new(rbf, 3, NULL, accuracies[a], NULL, NULL);
     assert_non_null(sum);
     uint64_t seed = 5;
     for (int i = 0; i < 300; i++) {
