@@ -3,6 +3,7 @@
 #include "scene_text.h"
 
 #include <math.h>
+#include <zlib.h>
 
 static int set_up(void **state)
 {
@@ -131,26 +132,38 @@ static void fits_are_loaded(void **state)
   zs_scene_free(scene);
 }
 
-static void damage_is_noticed(void **state)
+/* Store the fits of the usual scene; the bytes of their file, for free(). */
+static char *stored_bytes(size_t *length)
 {
-  (void)state;
   write_sphere(1);
   write_text("plain.xml", "<scene>" BODY "</scene>");
   zs_scene *scene = load("plain.xml");
   zs_diag diag = {0};
   assert_true(store(scene, "fitted.xml", &diag));
   zs_scene_free(scene);
-  size_t length;
-  char *bytes = read_whole(scratch_path(&folder, "fitted.fits"), &length);
+  char *bytes = read_whole(scratch_path(&folder, "fitted.fits"), length);
   assert_non_null(bytes);
+  return bytes;
+}
+
+static void write_bytes(const char *bytes, size_t length)
+{
+  FILE *file = create("fitted.fits");
+  assert_int_equal(fwrite(bytes, 1, length, file), length);
+  assert_int_equal(fclose(file), 0);
+}
+
+static void damage_is_noticed(void **state)
+{
+  (void)state;
+  size_t length;
+  char *bytes = stored_bytes(&length);
   uint64_t seed = 1;
   for (int i = 0; i < 300; i++) {
     const bool cut = i % 3 == 0;
     const size_t at = i < 100 ? (size_t)i : random_below(&seed, (unsigned)length);
     bytes[at] ^= (char)(1 << i % 8);
-    FILE *file = create("fitted.fits");
-    fwrite(bytes, 1, cut ? at : length, file);
-    assert_int_equal(fclose(file), 0);
+    write_bytes(bytes, cut ? at : length);
     bytes[at] ^= (char)(1 << i % 8);
     seen s = {.message = ""};
     zs_diag found = {.report = keep, .context = &s};
@@ -160,6 +173,61 @@ static void damage_is_noticed(void **state)
     assert_non_null(strstr(s.message, "fits"));
     assert_non_null(strstr(s.file, "fitted.fits"));
   }
+  free(bytes);
+}
+
+/* The numbers of a file are 8 bytes, the lowest first, after 16 of magic text. */
+static void put_number(char *bytes, size_t index, uint64_t number)
+{
+  for (int i = 0; i < 8; i++)
+    bytes[16 + 8 * index + (size_t)i] = (char)(number >> 8 * i);
+}
+
+/* Files made with care: with a right checksum, and sizes, kernels and numbers that lie. Each
+ * is refused, or makes a field that can be asked. */
+static void lies_do_no_harm(void **state)
+{
+  (void)state;
+  size_t length;
+  unsigned refused = 0, loaded = 0;
+  char *bytes = stored_bytes(&length), *crafted = malloc(length);
+  assert_non_null(crafted);
+  const size_t count = (length - 16) / 8;
+  static const uint64_t numbers[] = {0, 1, 2, 5, 6, 21, 1000, UINT64_C(1) << 31, UINT64_C(1) << 61,
+                                     UINT64_MAX, UINT64_C(0x7ff0000000000000) /* infinity */,
+                                     UINT64_C(0x7ff8000000000000) /* NaN */,
+                                     UINT64_C(0x7fe0000000000000), /* about the largest */
+                                     UINT64_C(0x0000000000000001), UINT64_C(0xbff0000000000000)};
+  enum { NUMBERS = sizeof numbers / sizeof *numbers, HEAD = 14 };
+  uint64_t seed = 7;
+  for (unsigned i = 0; i < 500; i++) {
+    const unsigned changes = 1 + (i % 3 == 0);
+    memcpy(crafted, bytes, length);
+    for (unsigned c = 0; c < changes; c++) {
+      const size_t at = i < HEAD * NUMBERS ? i / NUMBERS : random_below(&seed, (unsigned)count - 1);
+      put_number(crafted, at, numbers[c ? random_below(&seed, NUMBERS) : i % NUMBERS]);
+    }
+    put_number(crafted, count - 1,
+               crc32(0, (const unsigned char *)crafted + 16, (unsigned)(length - 24)));
+    write_bytes(crafted, length);
+    char path[sizeof folder.path];
+    strcpy(path, scratch_path(&folder, "fitted.xml"));
+    zs_diag diag = {0};
+    zs_scene *scene = zs_scene_load(path, NULL, &diag);
+    refused += !scene;
+    loaded += scene != NULL;
+    assert_true(scene ? diag.errors == 0 : diag.errors == 1);
+    zs_field *field = scene ? zs_scene_compile(scene, "solid", NULL, &diag) : NULL;
+    assert_true(!scene || field || diag.errors > 0);
+    zs_eval *eval = field ? evaluator(field) : NULL;
+    if (eval)
+      zs_eval_point(eval, (const double[3]){0.1, 0.2, 0.3});
+    zs_eval_free(eval);
+    zs_field_unref(field);
+    zs_scene_free(scene);
+  }
+  assert_true(refused > 50 && loaded > 50);
+  free(crafted);
   free(bytes);
 }
 
@@ -202,6 +270,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(fits_are_loaded),
     cmocka_unit_test(damage_is_noticed),
+    cmocka_unit_test(lies_do_no_harm),
     cmocka_unit_test(mistakes_are_explained),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
