@@ -45,6 +45,26 @@ static void agrees_with_bordered_system(void **state)
     }
 }
 
+/* As many as are solved by any such factorisation; a few of all kernels and dimensions. */
+static void many_agree_with_bordered_system(void **state)
+{
+  (void)state;
+  static const struct {
+    unsigned dimension;
+    zs_rbf_kernel kernel;
+    unsigned degree;
+  } cases[] = {{2, ZS_RBF_TPS2, 1}, {3, ZS_RBF_R, 1},    {3, ZS_RBF_R3, 1},
+               {3, ZS_RBF_R5, 2},   {4, ZS_RBF_TPS4, 2}, {5, ZS_RBF_GAUSSIAN, 1}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    cloud *c = random_cloud(cases[i].dimension, cases[i].kernel, CLOUD_MAXIMUM, 3 + i);
+    c->problem.tolerance = 1e-8;
+    zs_rbf *rbf = fitted(c);
+    assert_true(difference_from_bordered(rbf, c, cases[i].degree, 1) < 1e-6);
+    zs_rbf_free(rbf);
+    free(c);
+  }
+}
+
 /* The kernels that are used most are solved by iterations where they should be. */
 static void iterations_serve(void **state)
 {
@@ -156,6 +176,7 @@ static void follows_similarities(void **state)
         q[1] = scales[s] * (b * p[0] + a * p[1] + shift[1]);
         q[2] = scales[s] * (p[2] + shift[2]);
       }
+      c->problem.sigma *= scales[s];
       zs_rbf *moved = fitted(c);
       uint64_t seed = 2;
       for (int i = 0; i < 50; i++) {
@@ -321,6 +342,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(agrees_with_bordered_system),
+    cmocka_unit_test(many_agree_with_bordered_system),
     cmocka_unit_test(iterations_serve),
     cmocka_unit_test(smoothing_is_the_direct_one),
     cmocka_unit_test(large_fits_meet_their_constraints),
