@@ -22,19 +22,22 @@ gallery_pictures = \
   doc/gallery/flange.png \
   doc/gallery/influence.png \
   doc/gallery/influence-star.png \
+  doc/gallery/letters.png \
   doc/gallery/loft.png \
   doc/gallery/morph.png \
   doc/gallery/morph-surface.png \
   doc/gallery/plate.png \
   doc/gallery/scan.png \
+  doc/gallery/stack.png \
+  doc/gallery/stack-straight.png \
   doc/gallery/surface.png \
   doc/gallery/warp.png \
   doc/gallery/warp-plain.png
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column contours cup figurine flange influence loft morph plate scan \
-	    surface warp; do \
+	for name in bracket bunny column contours cup figurine flange influence letters loft morph plate scan \
+	    stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done
@@ -48,6 +51,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/influence-star.png
 	./zeroset render $(srcdir)/scenes/morph.xml --object surface --view side --size 480x360 \
 	  -o $(srcdir)/doc/gallery/morph-surface.png
+	./zeroset render $(srcdir)/scenes/stack.xml --object straight --view side --size 480x360 \
+	  -o $(srcdir)/doc/gallery/stack-straight.png
 	./zeroset render $(srcdir)/scenes/warp.xml --object plain --size 480x360 \
 	  -o $(srcdir)/doc/gallery/warp-plain.png
 .PHONY: gallery

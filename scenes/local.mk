@@ -9,6 +9,7 @@ EXTRA_DIST += \
   scenes/figurine.xml \
   scenes/flange.xml \
   scenes/influence.xml \
+  scenes/letters.xml \
   scenes/library/mouldings.xml \
   scenes/loft.xml \
   scenes/morph.xml \
@@ -24,5 +25,14 @@ EXTRA_DIST += \
   scenes/plate/ornament.svg \
   scenes/scan.xml \
   scenes/scan/figurine.nii.gz \
+  scenes/stack.xml \
+  scenes/stack/root0.png \
+  scenes/stack/root1.png \
+  scenes/stack/root2.png \
+  scenes/stack/root3.png \
+  scenes/stack/root4.png \
+  scenes/stack/root5.png \
+  scenes/stack/root6.png \
+  scenes/stack/slices.py \
   scenes/surface.xml \
   scenes/warp.xml
