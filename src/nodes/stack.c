@@ -9,7 +9,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { CLOSED, OPEN };
 static const char *const methods[] = {"auto", "linear", "extended", "variational", NULL};
@@ -45,9 +44,9 @@ static const zs_attribute attributes[] = {
   ZS_SELECT(struct stack, method, "method", "auto", methods,
             "`linear`: distances to the outlines, in straight lines from slice to slice; "
             "`extended`: distances that move with the shapes, by a registration of neighbouring "
-            "slices; `variational`: the surface of least bending through the outlines of every four "
-            "slices; `auto`: variational, but extended where thin parts move by more than their "
-            "thickness, between slices without a common pixel, and of two slices alone"),
+            "slices; `variational`: the surface of least bending through the outlines of every "
+            "four slices; `auto`: variational, but extended where thin parts move by more than "
+            "their thickness, between slices without a common pixel, and of two slices alone"),
   ZS_SELECT(struct stack, caps, "caps", "closed", caps,
             "`closed`: the solid ends at the first and the last slice; `open`: it goes on as they "
             "are"),
@@ -117,15 +116,9 @@ static bool key_of(const zs_node *node, uint64_t key[2])
   zs_key_begin(key, "stack");
   zs_key_add(key, numbers, sizeof numbers);
   zs_key_add(key, p->levels.values, p->levels.count * sizeof *p->levels.values);
-  for (size_t i = 0; i < p->src.count; i++) {
-    struct stat status;
-    if (stat(p->src.paths[i], &status) != 0)
+  for (size_t i = 0; i < p->src.count; i++)
+    if (!zs_key_add_file(key, p->src.paths[i]))
       return false;
-    const uint64_t state[] = {(uint64_t)status.st_dev, (uint64_t)status.st_ino,
-                              (uint64_t)status.st_size, (uint64_t)status.st_mtim.tv_sec,
-                              (uint64_t)status.st_mtim.tv_nsec};
-    zs_key_add(key, state, sizeof state);
-  }
   return true;
 }
 

@@ -120,12 +120,6 @@ static double carried(const zs_joiner *j, size_t gap, double part, const zs_rast
 
 /* ---- Layers ------------------------------------------------------------------------------ */
 
-static double smooth_step(double t)
-{
-  t = t < 0 ? 0 : t > 1 ? 1 : t;
-  return t * t * (3 - 2 * t);
-}
-
 static double gate_of(const zs_joiner *j, ptrdiff_t gap, size_t pixel)
 {
   const ptrdiff_t last = (ptrdiff_t)j->slices->count - 2;
@@ -139,13 +133,13 @@ static double share(const zs_joiner *j, size_t gap, double part, size_t pixel)
 {
   const double position = (double)gap + part - 0.5;
   const ptrdiff_t below = (ptrdiff_t)floor(position);
-  const double t = smooth_step(position - (double)below);
+  const double t = zs_smooth_step(position - (double)below);
   double g = (1 - t) * gate_of(j, below, pixel) + t * gate_of(j, below + 1, pixel);
   g *= MOST_SHARE;
   for (ptrdiff_t k = (ptrdiff_t)gap - 1; k <= (ptrdiff_t)gap + 1; k++)
     if (moves(j, k) && j->motions[k].apart) {
       const double away = k < (ptrdiff_t)gap ? part : k > (ptrdiff_t)gap ? 1 - part : 0;
-      g = fmax(g, smooth_step(1 - away));
+      g = fmax(g, zs_smooth_step(1 - away));
     }
   return g;
 }

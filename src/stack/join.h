@@ -37,6 +37,13 @@ zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_joi
 
 /* ---- Between the files of this room ------------------------------------------------------ */
 
+/* From 0 to 1, at rest at both ends; beyond them as there. */
+static inline double zs_smooth_step(double t)
+{
+  t = t < 0 ? 0 : t > 1 ? 1 : t;
+  return t * t * (3 - 2 * t);
+}
+
 /* A joining under way. */
 typedef struct zs_joiner {
   const zs_slices *slices;

@@ -10,11 +10,6 @@ static const float MENDED = 0.1F, DOUBTFUL = 1e-3F;
 
 /* ---- Signs ------------------------------------------------------------------------------- */
 
-static double smooth_step(double t)
-{
-  return t * t * (3 - 2 * t);
-}
-
 /* Add to a pixel's column what the sample at slice i lacks, fading to nothing at the slices
  * beside it. */
 static void spread(const zs_joiner *j, size_t i, size_t x, size_t y, float lack)
@@ -26,7 +21,7 @@ static void spread(const zs_joiner *j, size_t i, size_t x, size_t y, float lack)
   for (uint32_t z = from; z <= to; z++) {
     const double length = (double)(z < at ? at - from : to - at);
     const double away = z == at ? 0 : fabs((double)z - (double)at) / length;
-    *zs_raster_sample(r, x, y, z) += (float)smooth_step(1 - away) * lack;
+    *zs_raster_sample(r, x, y, z) += (float)zs_smooth_step(1 - away) * lack;
   }
 }
 

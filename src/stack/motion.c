@@ -1,4 +1,4 @@
-#include "stack/motion.h"
+#include "stack/motion_fields.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,21 +8,12 @@ enum {
   LEVELS = 4,   /* of the pyramid at the most */
   LEAST = 12,   /* pixels along a side of its coarsest level */
   WARPS = 6,    /* linearisations on each level */
-  SWEEPS = 25,  /* Jacobi's iterations for each */
-  LIMITING = 40 /* rounds of smoothing where the displacement changes too fast */
+  SWEEPS = 25   /* Jacobi's iterations for each */
 };
 
 /* The displacement is found where one of the distances is about as small as this, in pixels
  * of the finest level, and continued smoothly from there. */
 static const float NEAR = 6, LEAST_NEAR = 1.5F;
-/* How fast the displacement may change, for its inverse to be found by iterations. */
-static const float MOST_CHANGE = 1.5F;
-/* The part of a thickness that has to be missing for the gate to open, and to be open. */
-static const float MISSING = 0.3F, OPEN = 0.7F;
-/* How far it has to be open along the outlines, on the average, to be opened at all, and as
- * far as it is: here and there tips end, which moves nothing. */
-static const float RARE = 0.2F, COMMON = 0.5F;
-
 /* One level of the pyramid. */
 typedef struct level {
   size_t width, height;
@@ -32,71 +23,6 @@ typedef struct level {
   float *start[2], *v[2], *next[2]; /* the displacement is start + v */
   float *gx, *gy, *rest, *weight;   /* of one linearisation */
 } level;
-
-/* ---- Fields -------------------------------------------------------------------------- */
-
-float zs_motion_sample(const float *field, size_t width, size_t height, float x, float y)
-{
-  const float right = (float)(width - 1), bottom = (float)(height - 1);
-  x = x > 0 ? x < right ? x : right : 0;
-  y = y > 0 ? y < bottom ? y : bottom : 0;
-  const size_t i = (size_t)x + 1 < width ? (size_t)x : width - 2;
-  const size_t j = (size_t)y + 1 < height ? (size_t)y : height - 2;
-  const float s = x - (float)i, t = y - (float)j, *p = field + j * width + i;
-  return (1 - t) * ((1 - s) * p[0] + s * p[1]) + t * ((1 - s) * p[width] + s * p[width + 1]);
-}
-
-static size_t clamped(ptrdiff_t i, size_t count)
-{
-  return i < 0 ? 0 : i >= (ptrdiff_t)count ? count - 1 : (size_t)i;
-}
-
-/* A Gaussian along rows and columns, in place; `work` is as large. */
-static void blur(float *field, float *work, size_t width, size_t height, double sigma)
-{
-  enum { MOST = 16 };
-  float kernel[MOST + 1], sum = 0;
-  const int reach = (int)ceil(3 * sigma) < MOST ? (int)ceil(3 * sigma) : MOST;
-  for (int k = 0; k <= reach; k++) {
-    kernel[k] = (float)exp(-k * k / (2 * sigma * sigma));
-    sum += k ? 2 * kernel[k] : kernel[k];
-  }
-  for (size_t y = 0; y < height; y++)
-    for (size_t x = 0; x < width; x++) {
-      float f = 0;
-      for (int k = -reach; k <= reach; k++)
-        f += kernel[abs(k)] * field[y * width + clamped((ptrdiff_t)x + k, width)];
-      work[y * width + x] = f / sum;
-    }
-  for (size_t y = 0; y < height; y++) {
-    float *out = field + y * width;
-    memset(out, 0, width * sizeof *out);
-    for (int k = -reach; k <= reach; k++) {
-      const float *row = work + clamped((ptrdiff_t)y + k, height) * width, w = kernel[abs(k)] / sum;
-      for (size_t x = 0; x < width; x++)
-        out[x] += w * row[x];
-    }
-  }
-}
-
-/* The greatest of (2 reach + 1)^2 neighbours, in place. */
-static void spread(float *field, float *work, size_t width, size_t height, int reach)
-{
-  for (size_t y = 0; y < height; y++)
-    for (size_t x = 0; x < width; x++) {
-      float f = -INFINITY;
-      for (int k = -reach; k <= reach; k++)
-        f = fmaxf(f, field[y * width + clamped((ptrdiff_t)x + k, width)]);
-      work[y * width + x] = f;
-    }
-  for (size_t y = 0; y < height; y++)
-    for (size_t x = 0; x < width; x++) {
-      float f = -INFINITY;
-      for (int k = -reach; k <= reach; k++)
-        f = fmaxf(f, work[clamped((ptrdiff_t)y + k, height) * width + x]);
-      field[y * width + x] = f;
-    }
-}
 
 /* ---- The pyramid ----------------------------------------------------------------------- */
 
@@ -150,14 +76,13 @@ static void halve(const float *from, size_t width, size_t height, level *l, floa
 static void differentiate(level *l)
 {
   for (int k = 0; k < 2; k++) {
-    blur(l->field[k], l->rest, l->width, l->height, 1);
+    zs_field_blur(l->field[k], l->rest, l->width, l->height, 1);
     for (size_t y = 0; y < l->height; y++)
       for (size_t x = 0; x < l->width; x++) {
         const float *f = l->field[k];
-        const size_t left = clamped((ptrdiff_t)x - 1, l->width), right = clamped((ptrdiff_t)x + 1, l->width);
-        const size_t up = clamped((ptrdiff_t)y - 1, l->height), down = clamped((ptrdiff_t)y + 1, l->height);
-        l->slope[k][0][y * l->width + x] = (f[y * l->width + right] - f[y * l->width + left]) / 2;
-        l->slope[k][1][y * l->width + x] = (f[down * l->width + x] - f[up * l->width + x]) / 2;
+        const zs_field_neighbours n = zs_field_around(l->width, l->height, x, y);
+        l->slope[k][0][y * l->width + x] = (f[n.right] - f[n.left]) / 2;
+        l->slope[k][1][y * l->width + x] = (f[n.down] - f[n.up]) / 2;
       }
   }
 }
@@ -231,14 +156,14 @@ static void linearise(level *l)
 static void sweep(level *l, float smoothness)
 {
   const size_t w = l->width, h = l->height;
-  for (size_t y = 0; y < h; y++) {
-    const size_t up = clamped((ptrdiff_t)y - 1, h) * w, down = clamped((ptrdiff_t)y + 1, h) * w;
+  for (size_t y = 0; y < h; y++)
     for (size_t x = 0; x < w; x++) {
-      const size_t i = y * w + x, left = x ? i - 1 : i, right = x + 1 < w ? i + 1 : i;
+      const zs_field_neighbours n = zs_field_around(w, h, x, y);
+      const size_t i = y * w + x;
       float m[2];
       for (int k = 0; k < 2; k++) {
         const float *v = l->v[k];
-        m[k] = (v[left] + v[right] + v[up + x] + v[down + x]) / 4;
+        m[k] = (v[n.left] + v[n.right] + v[n.up] + v[n.down]) / 4;
       }
       const float gx = l->gx[i], gy = l->gy[i], weight = l->weight[i];
       const float step = weight * (l->rest[i] + gx * m[0] + gy * m[1]) /
@@ -246,7 +171,6 @@ static void sweep(level *l, float smoothness)
       l->next[0][i] = m[0] - gx * step;
       l->next[1][i] = m[1] - gy * step;
     }
-  }
   for (int k = 0; k < 2; k++) {
     float *v = l->v[k];
     l->v[k] = l->next[k];
@@ -259,11 +183,11 @@ static void refine(const level *from, level *to)
 {
   for (int k = 0; k < 2; k++) {
     for (size_t i = 0; i < to->width * to->height; i++) {
-      const size_t x = clamped((ptrdiff_t)(i % to->width / 2), from->width);
-      const size_t y = clamped((ptrdiff_t)(i / to->width / 2), from->height);
+      const size_t x = zs_field_clamped((ptrdiff_t)(i % to->width / 2), from->width);
+      const size_t y = zs_field_clamped((ptrdiff_t)(i / to->width / 2), from->height);
       to->v[k][i] = 2 * from->v[k][y * from->width + x];
     }
-    blur(to->v[k], to->rest, to->width, to->height, 1);
+    zs_field_blur(to->v[k], to->rest, to->width, to->height, 1);
   }
 }
 
@@ -276,95 +200,7 @@ static void register_level(level *l, float smoothness)
   }
 }
 
-/* ---- Limits and gate ------------------------------------------------------------------------ */
-
-/* How fast the displacement changes. */
-static float change_at(const float *const u[2], size_t width, size_t height, size_t x, size_t y)
-{
-  const size_t left = clamped((ptrdiff_t)x - 1, width), right = clamped((ptrdiff_t)x + 1, width);
-  const size_t up = clamped((ptrdiff_t)y - 1, height), down = clamped((ptrdiff_t)y + 1, height);
-  float sum = 0;
-  for (int k = 0; k < 2; k++) {
-    const float a = (u[k][y * width + right] - u[k][y * width + left]) / 2;
-    const float b = (u[k][down * width + x] - u[k][up * width + x]) / 2;
-    sum += a * a + b * b;
-  }
-  return sqrtf(sum);
-}
-
-/* Smooth the displacement around places where it changes too fast, until it does nowhere. */
-static void limit(zs_motion *m, level *work)
-{
-  const size_t w = m->width, h = m->height;
-  for (int round = 0; round < LIMITING; round++) {
-    bool fast = false;
-    for (size_t i = 0; i < w * h; i++) {
-      const float change = change_at((const float *const *)m->u, w, h, i % w, i / w);
-      work->weight[i] = change > MOST_CHANGE;
-      fast = fast || change > MOST_CHANGE;
-    }
-    if (!fast)
-      return;
-    spread(work->weight, work->rest, w, h, 2);
-    blur(work->weight, work->rest, w, h, 1);
-    for (int k = 0; k < 2; k++) {
-      memcpy(work->gx, m->u[k], w * h * sizeof *work->gx);
-      blur(work->gx, work->rest, w, h, 1.5);
-      for (size_t i = 0; i < w * h; i++)
-        m->u[k][i] += work->weight[i] * (work->gx[i] - m->u[k][i]);
-    }
-  }
-}
-
-static float smooth_step(float t)
-{
-  t = t < 0 ? 0 : t > 1 ? 1 : t;
-  return t * t * (3 - 2 * t);
-}
-
-/* Half-way thicknesses of the solid (sign 1) or of what is open (-1), plain and moved. */
-static void open_gate(zs_motion *m, const float *from, const float *to, float sign, level *work)
-{
-  const size_t w = m->width, h = m->height;
-  enum { REACH = 3 };
-  for (size_t i = 0; i < w * h; i++) {
-    const float x = (float)(i % w), y = (float)(i / w), ux = m->u[0][i] / 2, uy = m->u[1][i] / 2;
-    work->gx[i] = sign * (from[i] + to[i]) / 2;
-    work->gy[i] = sign * (zs_motion_sample(from, w, h, x - ux, y - uy) +
-                          zs_motion_sample(to, w, h, x + ux, y + uy)) / 2;
-  }
-  spread(work->gx, work->rest, w, h, REACH);
-  spread(work->gy, work->rest, w, h, REACH);
-  for (size_t i = 0; i < w * h; i++) {
-    const float plain = fmaxf(work->gx[i], 0), moved = work->gy[i];
-    const float need = moved > 0.5F ? (moved - plain) / fmaxf(moved, 1) : 0;
-    m->gate[i] = fmaxf(m->gate[i], smooth_step((need - MISSING) / (OPEN - MISSING)));
-  }
-}
-
-static void find_gate(zs_motion *m, const float *from, const float *to, level *work)
-{
-  if (m->apart) {
-    for (size_t i = 0; i < m->width * m->height; i++)
-      m->gate[i] = 1;
-    return;
-  }
-  open_gate(m, from, to, 1, work);
-  open_gate(m, from, to, -1, work);
-  spread(m->gate, work->rest, m->width, m->height, 3);
-  blur(m->gate, work->rest, m->width, m->height, 4);
-  float sum = 0, count = 1e-6F;
-  for (size_t i = 0; i < m->width * m->height; i++)
-    if (fminf(fabsf(from[i]), fabsf(to[i])) < NEAR / 2) {
-      sum += m->gate[i];
-      count++;
-    }
-  const float part = smooth_step((sum / count - RARE) / (COMMON - RARE));
-  for (size_t i = 0; i < m->width * m->height; i++)
-    m->gate[i] *= part;
-}
-
-/* ---- All of it --------------------------------------------------------------------------------- */
+/* ---- All of it -------------------------------------------------------------------------- */
 
 static bool have_common_pixel(const float *a, const float *b, size_t count)
 {
@@ -422,8 +258,9 @@ bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_
     for (size_t i = 0; i < count; i++)
       for (int k = 0; k < 2; k++)
         motion->u[k][i] = levels[0].start[k][i] + levels[0].v[k][i];
-    limit(motion, &levels[0]);
-    find_gate(motion, from, to, &levels[0]);
+    float *const work[4] = {levels[0].rest, levels[0].weight, levels[0].gx, levels[0].gy};
+    zs_motion_limit(motion, work);
+    zs_motion_find_gate(motion, from, to, work);
   }
   for (unsigned l = 0; l < LEVELS; l++)
     free_level(&levels[l]);

@@ -11,7 +11,7 @@ static const double PI = 3.14159265358979323846;
 
 /* f is found where the distances, joined, are less than this, by the length of the gap in
  * pixels; towards there it goes over into these. */
-static const double BAND = 4, BAND_OF_GAP = 0.6, PURE = 0.6;
+static const double BAND = 4, BAND_OF_GAP = 0.6, MOST_BAND = 40, PURE = 0.6;
 
 /* Across wide gaps, in pixels, heights also count for less, so that more goes straight from
  * slice to slice; f is then the mean of both, each bounded so that none outweighs the other
@@ -20,7 +20,7 @@ static const double WIDE = 12, SCALES[] = {1, 0.6}, BOUND = 8;
 enum { SCALE_COUNT = sizeof SCALES / sizeof SCALES[0] };
 
 /* Blocks overlap by this many pixels, or this part of the gap. */
-static const double OVERLAP = 6, OVERLAP_OF_GAP = 0.5;
+static const double OVERLAP = 6, OVERLAP_OF_GAP = 0.5, MOST_OVERLAP = 24;
 
 /* Constraints of a block: they have to reach across several gaps, and so are more where these
  * are wide. */
@@ -116,12 +116,6 @@ static double weight_of(const zs_joiner *j, size_t gap, double position)
   return c * c;
 }
 
-static double smooth_step(double t)
-{
-  t = t < 0 ? 0 : t > 1 ? 1 : t;
-  return t * t * (3 - 2 * t);
-}
-
 /* The distances of all slices around a layer, joined by cubics. */
 static void carry(const zs_joiner *j, uint32_t layer, double *carried)
 {
@@ -179,7 +173,7 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
   const zs_raster *r = j->raster;
   const size_t own = zs_joiner_gap(j, layer), count = (size_t)r->count[0] * r->count[1];
   const double weight = weight_of(j, gap, position_of(j, layer, own));
-  const double band = BAND + BAND_OF_GAP * length_of(j, own);
+  const double band = fmin(BAND + BAND_OF_GAP * length_of(j, own), MOST_BAND);
   if (weight == 0)
     return true;
   room m;
@@ -194,7 +188,7 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
       for (size_t i = 0; i < count; i++) {
         double f = m.carried[i];
         if (m.weights[i] > 0) {
-          const double beyond = smooth_step((fabs(f) / band - PURE) / (1 - PURE));
+          const double beyond = zs_smooth_step((fabs(f) / band - PURE) / (1 - PURE));
           f = beyond * f + (1 - beyond) * m.sums[i] / m.weights[i];
         }
         f = scales > 1 ? BOUND * tanh(f / BOUND) : f;
@@ -215,7 +209,8 @@ static size_t most_of(double length)
 /* The blocks of a gap at all scales. */
 static bool make_blocks(const zs_joiner *j, size_t gap, zs_blocks *blocks)
 {
-  const double length = length_of(j, gap), overlap = fmax(OVERLAP, OVERLAP_OF_GAP * length);
+  const double length = length_of(j, gap);
+  const double overlap = fmin(fmax(OVERLAP, OVERLAP_OF_GAP * length), MOST_OVERLAP);
   list l = {0};
   bool memory = gather(&l, j, gap);
   for (int k = 0; memory && k < scales_of(j, gap); k++) {

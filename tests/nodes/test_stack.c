@@ -179,7 +179,8 @@ static void test_volume(void **unused)
   zs_eval_free(eval);
   zs_field_unref(field);
   /* By level both labels count. */
-  assert_true(value_in(DOMAIN "<stack src='labels.nrrd' every='2' caps='open'/>", 14, 22.5, 30) > 0);
+  assert_true(value_in(DOMAIN "<stack src='labels.nrrd' every='2' caps='open'/>", 14, 22.5, 30) >
+              0);
   assert_true(value_in(DOMAIN "<stack src='labels.nrrd' level='2.5' caps='open'/>", 14, 22.5, 30) <
               0);
 }
