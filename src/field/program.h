@@ -111,6 +111,7 @@ typedef struct zs_walk {
   zs_field *field;
   double lo[3];       /* corner of brick (0, 0, 0) */
   double size[3];     /* of one brick */
+  double margin[3];   /* programs and bounds serve bricks that are so much larger on every side */
   uint32_t count[3];  /* bricks per axis, at least 1 */
   zs_request request;
   const zs_control *control; /* may be NULL */

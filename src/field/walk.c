@@ -98,7 +98,7 @@ static unsigned split(const range *whole, range parts[ZS_LANES])
   return count;
 }
 
-/* The boxes of the ranges relative to `origin`, rounded outward;
+/* The boxes of the ranges, with their margins, relative to `origin`, rounded outward;
  * idle lanes repeat the last. */
 static void range_boxes(const zs_walk *walk, const range *ranges, unsigned n,
                         const double origin[3], zs_boxes *boxes)
@@ -106,8 +106,8 @@ static void range_boxes(const zs_walk *walk, const range *ranges, unsigned n,
   for (unsigned l = 0; l < ZS_LANES; l++) {
     const range *r = &ranges[l < n ? l : n - 1];
     for (int k = 0; k < 3; k++) {
-      double lo = walk->lo[k] + walk->size[k] * r->lo[k] - origin[k];
-      double hi = walk->lo[k] + walk->size[k] * r->hi[k] - origin[k];
+      double lo = walk->lo[k] + walk->size[k] * r->lo[k] - walk->margin[k] - origin[k];
+      double hi = walk->lo[k] + walk->size[k] * r->hi[k] + walk->margin[k] - origin[k];
       boxes->axis[k].lo[l] = nextafterf((float)lo, -INFINITY);
       boxes->axis[k].hi[l] = nextafterf((float)hi, INFINITY);
     }

@@ -160,6 +160,12 @@ static void sample_brick(const sampling *s)
  * transformations for improving mesh quality of marching cubes", 2009, which
  * calls it the gradient transformation.) */
 
+/* How far from the surface corners are kept. */
+static float repulsion(const zs_polygonize_job *job)
+{
+  return ZS_REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
+}
+
 static bool inside(float f)
 {
   return f >= 0;
@@ -183,13 +189,6 @@ static void fill_places(const sampling *s)
   }
 }
 
-/* Corners on a brick's lower sides stay in them: the programs of the bricks on
- * both sides have to reach them. */
-static bool on_lower_side(unsigned corner, int axis)
-{
-  return (corner >> 4 * axis & (ZS_BRICK - 1)) == 0;
-}
-
 /* From gradients to moves: candidates that are close get their offset, the
  * others leave the list. */
 static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
@@ -202,7 +201,7 @@ static void choose_moves(const sampling *s, float offset[3][ZS_BLOCK])
     if (step[i] == 0)
       continue;
     for (int k = 0; k < 3; k++)
-      offset[k][kept] = on_lower_side(w->corner[i], k) ? 0 : step[i] * w->result[1 + k][i];
+      offset[k][kept] = step[i] * w->result[1 + k][i];
     w->corner[kept++] = w->corner[i];
   }
   w->candidates = kept;
@@ -327,7 +326,7 @@ static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3],
   s.brick->sampled = true;
   s.brick->at_face = zs_brick_at_face(job, index);
   s.frame = zs_brick_frame(job, s.brick);
-  s.reach = ZS_REPULSION * (float)fmin(job->cell[0], fmin(job->cell[1], job->cell[2]));
+  s.reach = repulsion(job);
   for (int k = 0; k < 3; k++)
     s.per_cell[k] = (float)(1 / job->cell[k]);
   s.rows = zs_row_kernels_of(zs_eval_isa(eval));
@@ -351,7 +350,8 @@ static void visit_uniform(void *visitor, const uint32_t lo[3], const uint32_t hi
 }
 
 /* Pads lie on the grid's faces; for the walk they lie where they would as cells,
- * which makes the outermost bricks a little larger than they have to be. */
+ * which makes the outermost bricks a little larger than they have to be.  Corners
+ * shared by bricks can be moved out of either one. */
 static bool run_walk(zs_polygonize_job *job)
 {
   zs_walk walk = {
@@ -366,10 +366,12 @@ static bool run_walk(zs_polygonize_job *job)
     .uniform = visit_uniform,
     .brick = visit_brick,
   };
+  const double rounding = 1e-3;
   for (int k = 0; k < 3; k++) {
     walk.lo[k] = job->lo[k] - job->cell[k];
     walk.size[k] = job->cell[k] * ZS_BRICK;
     walk.count[k] = job->bricks[k];
+    walk.margin[k] = job->features ? 0 : (1 + rounding) * repulsion(job);
   }
   return zs_walk_run(&walk, job->diag);
 }

@@ -323,7 +323,7 @@ static void a_sphere_has_few_slivers(void **state)
   size_t slivers = 0;
   for (size_t t = 0; t < mesh->triangle_count; t++)
     slivers += sharpest_angle(mesh, t) < 5 * PI / 180;
-  assert_true((double)slivers < 0.001 * (double)mesh->triangle_count);
+  assert_true((double)slivers < 1e-4 * (double)mesh->triangle_count);
   zs_mesh_free(mesh);
 }
 
