@@ -282,6 +282,9 @@ typedef struct zs_mesh_options {
   bool creases;     /* ZS_MESH_CONTOUR: vertices on sharp edges and corners too; true */
   double tolerance; /* vertices lie this close to f = 0, in units of the grid's
                        longest side; 1e-6 */
+  double collapse;  /* ZS_MESH_FEATURES: neighbouring vertices whose tangent planes are all this
+                       close to a place between them become one, as far as the mesh stays a
+                       manifold; in scene units; 0, which keeps all */
 } zs_mesh_options;
 
 ZS_API void zs_mesh_options_init(zs_mesh_options *options);

@@ -66,6 +66,13 @@ static bool keep_seeded(cli_session *session, zs_mesh *mesh, const zs_grid *grid
                                                          INFINITY, &session->diag);
 }
 
+/* Cells collapse while they are meshed, which is quick, and what they leave is simplified:
+ * each may be off by half of what was asked for. */
+static double half_error(const cli_options *options)
+{
+  return options->has_simplify ? options->simplify / 2 : 0;
+}
+
 /* Simplify, check and write; the seconds go where they belong. */
 static bool finish_mesh(cli_session *session, zs_mesh *mesh, const char *output)
 {
@@ -73,7 +80,9 @@ static bool finish_mesh(cli_session *session, zs_mesh *mesh, const char *output)
   double begun = cli_clock();
   if (options->has_simplify) {
     cli_progress_begin(&session->progress, 0);
-    if (!zs_mesh_simplify(mesh, options->simplify, &session->control, &session->diag))
+    const double error =
+      options->method == ZS_MESH_FEATURES ? half_error(options) : options->simplify;
+    if (!zs_mesh_simplify(mesh, error, &session->control, &session->diag))
       return false;
   }
   zs_mesh_report check;
@@ -100,6 +109,7 @@ static bool frame(cli_session *session, const char *output)
   zs_mesh_options options;
   zs_mesh_options_init(&options);
   options.method = (zs_mesh_method)session->options->method;
+  options.collapse = half_error(session->options);
   cli_progress_begin(&session->progress,
                      (double)grid.count[0] * grid.count[1] * grid.count[2]);
   zs_mesh *mesh = zs_polygonize(session->field, &grid, &options, &session->control, &session->job,

@@ -224,11 +224,26 @@ static uint8_t face_met_twice(const zs_cell_loops *loops)
   return ZS_NO_FACE;
 }
 
+/* Whether all edges of a face are in loops. */
+static bool is_crowded(const zs_cell_loops *loops)
+{
+  unsigned met[ZS_NO_FACE] = {0};
+  for (unsigned l = 0; l < loops->count; l++)
+    for (unsigned e = 0; e < ZS_CELL_EDGES; e++)
+      for (unsigned face = 0; face < ZS_NO_FACE; face++)
+        met[face] += loops->edges[l] >> e & faces_of(e) >> face & 1;
+  bool crowded = false;
+  for (unsigned face = 0; face < ZS_NO_FACE; face++)
+    crowded = crowded || met[face] == 4;
+  return crowded;
+}
+
 void zs_loop_table_make(zs_loop_table *table)
 {
   memset(table, 0, sizeof *table);
   for (unsigned inside = 0; inside < ZS_CELL_CASES; inside++) {
     make_loops(inside, ZS_NO_FACE, &table->loops[inside]);
+    table->crowded[inside] = is_crowded(&table->loops[inside]);
     table->twice[inside] = face_met_twice(&table->loops[inside]);
     if (table->twice[inside] != ZS_NO_FACE)
       make_loops(inside, table->twice[inside], &table->parted[inside]);

@@ -2,6 +2,7 @@
 #ifndef ZS_CONTOUR_TABLE_H
 #define ZS_CONTOUR_TABLE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2); bit c of a case says
@@ -49,6 +50,7 @@ typedef struct zs_loop_table {
   zs_cell_loops loops[ZS_CELL_CASES];
   uint8_t twice[ZS_CELL_CASES]; /* the face, 2 * axis + side, that one loop meets twice; or
                                    ZS_NO_FACE */
+  bool crowded[ZS_CELL_CASES];  /* a face has four crossings */
   zs_cell_loops parted[ZS_CELL_CASES]; /* with that face cut the other way */
 } zs_loop_table;
 

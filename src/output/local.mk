@@ -18,6 +18,7 @@ zs_sources += \
   src/output/polygonize_distinct.c \
   src/output/polygonize_features.c \
   src/output/polygonize_features_claims.c \
+  src/output/polygonize_features_collapse.c \
   src/output/polygonize_features_quads.c \
   src/output/polygonize_features_turn.c \
   src/output/polygonize_features_vertices.c \

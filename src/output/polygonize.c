@@ -81,6 +81,10 @@ static bool check_options(const zs_mesh_options *options, zs_diag *diag)
     return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
                    "the tolerance is %g; expected %g to %g of the grid's longest side",
                    options->tolerance, FINEST_TOLERANCE, COARSEST_TOLERANCE);
+  if (!(options->collapse >= 0 && options->collapse < INFINITY))
+    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
+                   "cells collapse up to %g; expected a distance, or 0 to keep all",
+                   options->collapse);
   return true;
 }
 
@@ -191,7 +195,7 @@ static bool number(zs_polygonize_job *job)
   double bytes = (double)job->vertex_count * (needs_normals(job) ? 24 : 12) +
                  (double)job->triangle_count * 12;
   if (job->features) /* there are about as many loops as crossing edges */
-    bytes += (double)job->vertex_count * (24 + sizeof(zs_patch));
+    bytes += (double)job->vertex_count * (24 + sizeof(zs_patch) + (job->collapse > 0 ? 29 : 0));
   return use_bytes(job, bytes);
 }
 
@@ -300,7 +304,7 @@ static bool run_features(zs_polygonize_job *job, double *evaluated)
       !zs_polygonize_patch_vertices(job) || !zs_polygonize_claims(job))
     return false;
   *evaluated = zs_seconds();
-  if (!zs_polygonize_quads(job))
+  if (!zs_polygonize_quads(job) || (job->collapse > 0 && !zs_polygonize_collapse(job)))
     return false;
   zs_mesh_free(job->mesh);
   job->mesh = job->dual;
@@ -371,6 +375,7 @@ zs_mesh *zs_polygonize(zs_field *field, const zs_grid *grid, const zs_mesh_optio
                              .normals = options->normals,
                              .creases = options->creases && options->method == ZS_MESH_CONTOUR,
                              .features = options->method == ZS_MESH_FEATURES,
+                             .collapse = options->collapse,
                              .threads = zs_control_threads(control)};
   set_lattice(job, grid, options->tolerance);
   zs_job_report done = {0};

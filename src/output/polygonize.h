@@ -73,6 +73,7 @@ typedef struct zs_patch {
   bool corner;    /* in a corner */
   bool aside;     /* beside a sharp edge that passes by its cell */
   bool suspect;   /* of a quad that is folded however it is cut */
+  bool turned;    /* a mesh edge around it was turned */
   bool folded;    /* of a triangle that is still folded when edges have been turned */
 } zs_patch;
 
@@ -142,6 +143,7 @@ typedef struct zs_polygonize_job {
   unsigned threads;
   double tolerance;  /* of vertices, in scene units */
   double apart;      /* least distance of a vertex from the ends of its edge */
+  double collapse;   /* how far planes may be from a vertex that stands for several */
   zs_contour_table cases;
   zs_bit_table bit_table;
   double lo[3], cell[3];
@@ -378,5 +380,8 @@ bool zs_polygonize_turn(zs_polygonize_job *job);
 /* Move the vertices of folded patches back into their cells, or the last time forget
  * their normals; says whether there were any.  False after reporting. */
 bool zs_polygonize_unfold(zs_polygonize_job *job, bool last, bool *any);
+
+/* Make the vertices fewer where planes agree.  False after reporting. */
+bool zs_polygonize_collapse(zs_polygonize_job *job);
 
 #endif

@@ -37,6 +37,7 @@ static const uint32_t NONE = UINT32_MAX;
 /* The triangles around the vertices in question.  Half-edge 3 i + k leads from
  * corner k of triangle faces[i] to the next corner. */
 typedef struct turning {
+  const zs_polygonize_job *job;
   const zs_mesh *mesh;
   aim aim;
   uint8_t *kinds;   /* of all vertices of the mesh */
@@ -103,6 +104,16 @@ static bool is_joined(const turning *t, uint32_t out, uint32_t other)
     if (apex(t, next_in_face(h)) == other || apex(t, h) == other)
       return true;
   return false;
+}
+
+static zs_patch *patch_of(const zs_polygonize_job *job, uint32_t vertex)
+{
+  size_t lo = 0, hi = job->active_count;
+  while (hi - lo > 1) {
+    const size_t middle = lo + (hi - lo) / 2;
+    *(job->active[middle]->first_patch <= vertex ? &lo : &hi) = middle;
+  }
+  return &job->active[lo]->patches[vertex - job->active[lo]->first_patch];
 }
 
 /* ---- What there is to mend ---------------------------------------------------------- */
@@ -242,6 +253,9 @@ static bool turn(turning *t, uint32_t h)
   join(t, one + 2, pa);
   join(t, two, qb);
   join(t, two + 1, bp);
+  const uint32_t all[4] = {a, b, p, q};
+  for (int i = 0; i < 4; i++)
+    patch_of(t->job, all[i])->turned = true;
   return true;
 }
 
@@ -363,29 +377,19 @@ static bool find_across(turning *t)
 
 /* ---- Folds --------------------------------------------------------------------------- */
 
-static zs_patch *patch_of(const zs_polygonize_job *job, uint32_t vertex)
-{
-  size_t lo = 0, hi = job->active_count;
-  while (hi - lo > 1) {
-    const size_t middle = lo + (hi - lo) / 2;
-    *(job->active[middle]->first_patch <= vertex ? &lo : &hi) = middle;
-  }
-  return &job->active[lo]->patches[vertex - job->active[lo]->first_patch];
-}
-
-static void mark_folds(const zs_polygonize_job *job, const turning *t)
+static void mark_folds(const turning *t)
 {
   for (size_t i = 0; i < t->face_count; i++) {
     const uint32_t *corners = t->mesh->triangles + 3 * (size_t)t->faces[i];
     const attitude a = look_at(t, corners);
     for (int k = 0; k < 3 && is_folded(&a); k++)
-      patch_of(job, corners[k])->folded = true;
+      patch_of(t->job, corners[k])->folded = true;
   }
 }
 
 bool zs_polygonize_turn(zs_polygonize_job *job)
 {
-  turning t = {.mesh = job->dual, .kinds = malloc(job->patch_count)};
+  turning t = {.job = job, .mesh = job->dual, .kinds = malloc(job->patch_count)};
   bool done = t.kinds;
   if (done && find_kinds(job, t.kinds)) {
     done = find_faces(&t) && find_across(&t);
@@ -393,7 +397,7 @@ bool zs_polygonize_turn(zs_polygonize_job *job)
       if ((done = fill_queue(&t)))
         turn_all(&t);
     if (done)
-      mark_folds(job, &t);
+      mark_folds(&t);
   }
   free(t.kinds);
   free(t.faces);

@@ -2,6 +2,9 @@
 
 zs_tests += tests/output/test_contour_table
 tests_output_test_contour_table_SOURCES = tests/output/test_contour_table.c
+zs_tests += tests/output/test_collapse
+tests_output_test_collapse_SOURCES = \
+  tests/output/test_collapse.c tests/output/formula.h tests/output/meshes.h tests/random.h
 zs_tests += tests/output/test_features
 tests_output_test_features_SOURCES = \
   tests/output/test_features.c tests/output/formula.h tests/output/meshes.h tests/random.h
