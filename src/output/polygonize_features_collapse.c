@@ -454,8 +454,8 @@ static bool find_guest(const zs_polygonize_job *job, const zs_brick *brick, uint
 
 static int compare_guests(const void *a, const void *b)
 {
-  const uintptr_t p = (uintptr_t)((const guest *)a)->brick, q = (uintptr_t)((const guest *)b)->brick;
-  return (p > q) - (p < q);
+  const guest *p = a, *q = b;
+  return ((uintptr_t)p->brick > (uintptr_t)q->brick) - ((uintptr_t)p->brick < (uintptr_t)q->brick);
 }
 
 /* List all guests.  False when memory is out. */
