@@ -28,6 +28,8 @@ gallery_pictures = \
   doc/gallery/morph-surface.png \
   doc/gallery/plate.png \
   doc/gallery/scan.png \
+  doc/gallery/spanner-slice.png \
+  doc/gallery/spanner.png \
   doc/gallery/stack.png \
   doc/gallery/stack-straight.png \
   doc/gallery/surface.png \
@@ -36,8 +38,8 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column contours cup figurine flange influence letters loft morph plate scan \
-	    stack surface warp; do \
+	for name in bracket bunny column contours cup figurine flange influence letters loft morph plate \
+	    scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done
@@ -53,6 +55,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/morph-surface.png
 	./zeroset render $(srcdir)/scenes/stack.xml --object straight --view side --size 480x360 \
 	  -o $(srcdir)/doc/gallery/stack-straight.png
+	./zeroset slice $(srcdir)/scenes/spanner.xml --z 0 --size 480x360 \
+	  -o $(srcdir)/doc/gallery/spanner-slice.png
 	./zeroset render $(srcdir)/scenes/warp.xml --object plain --size 480x360 \
 	  -o $(srcdir)/doc/gallery/warp-plain.png
 .PHONY: gallery

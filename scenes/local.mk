@@ -25,6 +25,7 @@ EXTRA_DIST += \
   scenes/plate/ornament.svg \
   scenes/scan.xml \
   scenes/scan/figurine.nii.gz \
+  scenes/spanner.xml \
   scenes/stack.xml \
   scenes/stack/root0.png \
   scenes/stack/root1.png \

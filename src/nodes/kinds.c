@@ -7,7 +7,7 @@ extern const zs_kind zs_kind_sphere, zs_kind_ellipsoid, zs_kind_box, zs_kind_cyl
   zs_kind_cone, zs_kind_torus, zs_kind_capsule, zs_kind_half_space, zs_kind_slab, zs_kind_formula,
   zs_kind_gyroid, zs_kind_empty, zs_kind_everything;
 extern const zs_kind zs_kind_circle, zs_kind_ellipse, zs_kind_rectangle, zs_kind_regular_polygon,
-  zs_kind_polygon, zs_kind_path, zs_kind_half_plane, zs_kind_image;
+  zs_kind_polygon, zs_kind_curved_polygon, zs_kind_path, zs_kind_half_plane, zs_kind_image;
 extern const zs_kind zs_kind_extrude, zs_kind_revolve;
 extern const zs_kind zs_kind_union, zs_kind_intersection, zs_kind_difference, zs_kind_complement,
   zs_kind_symmetric_difference;
@@ -40,6 +40,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_rectangle,
   &zs_kind_regular_polygon,
   &zs_kind_polygon,
+  &zs_kind_curved_polygon,
   &zs_kind_path,
   &zs_kind_half_plane,
   &zs_kind_image,

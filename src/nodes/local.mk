@@ -8,6 +8,7 @@ zs_sources += \
   src/nodes/common.h \
   src/nodes/cone.c \
   src/nodes/constant.c \
+  src/nodes/curved_polygon.c \
   src/nodes/cylinder.c \
   src/nodes/displace.c \
   src/nodes/distance.c \

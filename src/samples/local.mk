@@ -1,4 +1,8 @@
 zs_sources += \
+  src/samples/arc_tree.c \
+  src/samples/arc_tree.h \
+  src/samples/arcs.c \
+  src/samples/arcs.h \
   src/samples/fill.c \
   src/samples/fill.h \
   src/samples/picture.c \

@@ -119,6 +119,7 @@ static const struct {
 static const struct {
   const char *kind, *body;
 } sample_bodies[] = {
+  {"curved-polygon", "<line to='0 0'/><line to='1 0'/><arc to='0 1' bulge='1'/>"},
   {"extrude", "<circle/>"},
   {"formula", "1 - x"},
   {"interpolate", "<level at='0'><circle/></level><level at='1'><circle/></level>"},

@@ -1,4 +1,5 @@
 zs_tests += \
+  tests/nodes/test_curved_polygon \
   tests/nodes/test_data \
   tests/nodes/test_fits \
   tests/nodes/test_formulas \
@@ -35,3 +36,5 @@ tests_nodes_test_data_SOURCES = \
   tests/nodes/test_data.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_path_SOURCES = \
   tests/nodes/test_path.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_curved_polygon_SOURCES = \
+  tests/nodes/test_curved_polygon.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

@@ -8,7 +8,7 @@
 static inline bool needs_data(const zs_kind *kind)
 {
   return !strcmp(kind->name, "variational") || !strcmp(kind->name, "image") ||
-         !strcmp(kind->name, "path") ||
+         !strcmp(kind->name, "path") || !strcmp(kind->name, "curved-polygon") ||
          !strcmp(kind->name, "stack") ||
          kind->family == ZS_FAMILY_DATA;
 }

@@ -1,0 +1,216 @@
+/* <curved-polygon>: signs against counted crossings of finely divided outlines. */
+#include "scene_text.h"
+
+#include "../random.h"
+
+#include <math.h>
+
+static int set_up(void **state)
+{
+  (void)state;
+  return scratch_make(&folder) ? 0 : -1;
+}
+
+static int tear_down(void **state)
+{
+  (void)state;
+  scratch_remove(&folder);
+  return 0;
+}
+
+enum { MOST_EDGES = 60, CHORDS = 200 };
+
+/* Edge i leads from corner i to the next, bulging to the right when that is positive. */
+static struct {
+  double corners[MOST_EDGES][2], bulges[MOST_EDGES];
+  int count;
+} outline;
+
+static const double *corner(int i)
+{
+  return outline.corners[i % outline.count];
+}
+
+/* Star-shaped and swirled: with deep pockets. */
+static void make_outline(uint64_t *state)
+{
+  const double swirl = random_below(state, 2) ? random_between(state, -4, 4) : 0;
+  const double least = random_between(state, 0.2, 0.9);
+  const bool arcs = random_below(state, 4) > 0, backwards = random_below(state, 2);
+  outline.count = 3 + (int)random_below(state, MOST_EDGES - 3);
+  for (int i = 0; i < outline.count; i++) {
+    const double r = random_between(state, least, 1);
+    const double angle = 6.283185307179586 * i / outline.count + swirl * (1 - r);
+    double *p = outline.corners[backwards ? outline.count - 1 - i : i];
+    p[0] = r * cos(angle);
+    p[1] = r * sin(angle);
+    outline.bulges[i] = 0;
+    if (arcs && random_below(state, 2))
+      outline.bulges[i] = random_between(state, -1, 1) * random_between(state, 0, 1);
+  }
+}
+
+/* The point at a fraction of an edge. */
+static void edge_point(int i, double t, double out[2])
+{
+  const double *a = corner(i), *b = corner(i + 1), bulge = outline.bulges[i];
+  const double x = b[0] - a[0], y = b[1] - a[1];
+  /* On the circle: by the angles to its ends, which are a quarter of the arc's at the chord. */
+  const double quarter = atan(bulge), half = 2 * quarter;
+  double along = t, right = 0;
+  if (bulge != 0) {
+    const double radius = 1 / (2 * sin(half)), angle = 2 * half * (t - 0.5);
+    along = 0.5 + radius * sin(angle);
+    right = radius * (cos(angle) - cos(half));
+  }
+  out[0] = a[0] + along * x + right * y;
+  out[1] = a[1] + along * y - right * x;
+}
+
+/* Whether a point is inside, and its distance from the outline. */
+static bool is_inside(double x, double y, double *distance)
+{
+  bool inside = false;
+  *distance = INFINITY;
+  for (int i = 0; i < outline.count; i++) {
+    const int chords = outline.bulges[i] != 0 ? CHORDS : 1;
+    double a[2], b[2];
+    edge_point(i, 0, a);
+    for (int c = 1; c <= chords; c++) {
+      edge_point(i, (double)c / chords, b);
+      const double ex = b[0] - a[0], ey = b[1] - a[1];
+      const double t =
+        fmin(fmax(((x - a[0]) * ex + (y - a[1]) * ey) / (ex * ex + ey * ey), 0), 1);
+      *distance = fmin(*distance, hypot(x - a[0] - t * ex, y - a[1] - t * ey));
+      inside ^= (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) * ex / ey;
+      a[0] = b[0];
+      a[1] = b[1];
+    }
+  }
+  return inside;
+}
+
+static void write_outline(char *text, size_t size, const char *function, bool through)
+{
+  size_t used = (size_t)snprintf(text, size, "<curved-polygon r-function='%s'>", function);
+  for (int i = 0; i < outline.count; i++) {
+    const double *to = corner(i + 1);
+    double middle[2];
+    edge_point(i, 0.5, middle);
+    if (outline.bulges[i] == 0)
+      used += (size_t)snprintf(text + used, size - used, "<line to='%.17g %.17g'/>", to[0], to[1]);
+    else if (through)
+      used += (size_t)snprintf(text + used, size - used,
+                               "<arc to='%.17g %.17g' through='%.17g %.17g'/>", to[0], to[1],
+                               middle[0], middle[1]);
+    else
+      used += (size_t)snprintf(text + used, size - used, "<arc to='%.17g %.17g' bulge='%.17g'/>",
+                               to[0], to[1], outline.bulges[i]);
+  }
+  snprintf(text + used, size - used, "</curved-polygon>");
+}
+
+static zs_field *compile_quietly(const char *body)
+{
+  zs_diag diag = {0};
+  zs_scene *scene = parse(body, &diag);
+  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
+  zs_scene_free(scene);
+  return field;
+}
+
+static void test_random(void **unused)
+{
+  (void)unused;
+  uint64_t state = 6;
+  int accepted = 0, curved = 0;
+  static char body[MOST_EDGES * 200];
+  for (int i = 0; i < 160; i++) {
+    make_outline(&state);
+    write_outline(body, sizeof body, i % 2 ? "r0" : "min-max", i % 3 == 0);
+    zs_field *field = compile_quietly(body);
+    if (!field)
+      continue; /* its edges cross */
+    zs_eval *eval = evaluator(field);
+    accepted++;
+    for (int e = 0; e < outline.count; e++)
+      curved += outline.bulges[e] != 0;
+    for (int j = 0; j < 150; j++) {
+      const double p[3] = {random_between(&state, -1.3, 1.3), random_between(&state, -1.3, 1.3), 0};
+      double distance;
+      const bool inside = is_inside(p[0], p[1], &distance);
+      const double f = zs_eval_point(eval, p);
+      if (distance < 1e-3)
+        continue;
+      if ((f > 0) != inside || f == 0)
+        fail_msg("at %.9g %.9g: %g, but %sside at a distance of %g of\n%s", p[0], p[1], f,
+                 inside ? "in" : "out", distance, body);
+      /* No more than the distance (of pieces of arcs: about). */
+      if (i % 2 == 0)
+        assert_true(fabs(f) <= distance + 1e-3);
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+  assert_true(accepted > 40 && curved > 80);
+}
+
+/* f is 0 on the edges, and has the slope 1 there with r0, as the R-functions have. */
+static void test_known(void **unused)
+{
+  (void)unused;
+  const char *disc = "<curved-polygon><arc to='1 0' bulge='1'/><arc to='-1 0' bulge='1'/>"
+                     "</curved-polygon>";
+  for (int i = 0; i < 40; i++) {
+    const double a = 0.16 * i + 0.05;
+    assert_true(fabs(value_in(disc, cos(a), sin(a), 3)) < 1e-9);
+    assert_true(value_in(disc, 0.99 * cos(a), 0.99 * sin(a), 0) > 0);
+    assert_true(value_in(disc, 1.01 * cos(a), 1.01 * sin(a), 0) < 0);
+  }
+  const char *square = "<curved-polygon><line to='0 0'/><line to='2 0'/><line to='2 2'/>"
+                       "<line to='1 2'/><line to='0 2'/></curved-polygon>";
+  assert_true(fabs(value_in(square, 1, 1e-6, 0) - 1e-6) < 1e-11);
+  assert_true(fabs(value_in(square, 1.5, 2, 0)) < 1e-15);
+  /* Any way round, and by a point in place of the bulge. */
+  const char *a = "<curved-polygon><line to='0 0'/><line to='2 0'/><arc to='0 2' bulge='0.3'/>"
+                  "</curved-polygon>";
+  const char *b = "<curved-polygon><line to='0 0'/><line to='0 2'/><arc to='2 0' bulge='-0.3'/>"
+                  "</curved-polygon>";
+  for (int i = 0; i < 40; i++) {
+    const double x = 0.07 * i - 0.3, y = 0.11 * (i % 9);
+    assert_true(fabs(value_in(a, x, y, 0) - value_in(b, x, y, 0)) < 1e-9);
+  }
+}
+
+static void test_mistakes(void **unused)
+{
+  (void)unused;
+  static const char *const cases[][2] = {
+    {"<curved-polygon/>", "0 edges enclose nothing"},
+    {"<curved-polygon><line to='0 0'/><line to='1 0'/></curved-polygon>", "enclose nothing"},
+    {"<curved-polygon><line to='0 0'/><line to='0 0'/><line to='1 0'/></curved-polygon>",
+     "ends where it begins"},
+    {"<curved-polygon><line to='0 0'/><line to='1 1'/><line to='1 0'/><line to='0 1'/>"
+     "</curved-polygon>", "cross or touch"},
+    {"<curved-polygon><line to='0 0'/><arc to='1 1'/><line to='1 0'/></curved-polygon>",
+     "neither 'through' nor 'bulge'"},
+    {"<curved-polygon><line to='0 0'/><arc to='1 1' through='0.5 0.5'/><line to='1 0'/>"
+     "</curved-polygon>", "on the line of the arc's ends"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    seen s = {.message = ""};
+    zs_diag diag = {.report = keep, .context = &s};
+    zs_scene *scene = parse(cases[i][0], &diag);
+    zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
+    if (field || !strstr(s.message, cases[i][1]))
+      fail_msg("'%s' is not in: %s", cases[i][1], s.message);
+    zs_field_unref(field);
+    zs_scene_free(scene);
+  }
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_random), cmocka_unit_test(test_known),
+                                     cmocka_unit_test(test_mistakes)};
+  return cmocka_run_group_tests(tests, set_up, tear_down);
+}
