@@ -50,11 +50,14 @@ zs_control bench_control(unsigned threads);
  * other processes on the machine disturb less. */
 typedef struct bench_span {
   double wall, processor;
+  double all_threads;
   bool failed;
 } bench_span;
 
 bench_span bench_now(void);
 bench_span bench_since(bench_span begun, bool done);
+/* The same for a job of many threads: `processor` is theirs together. */
+bench_span bench_since_together(bench_span begun, bool done);
 
 /* One run of a job. */
 typedef bench_span bench_job(void *context);

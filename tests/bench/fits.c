@@ -61,7 +61,7 @@ static bench_span job_fit(void *context)
   zs_rbf_free(w->rbf);
   const bench_span begun = bench_now();
   w->rbf = zs_rbf_fit(&w->problem, &control, NULL, bench_diag());
-  return bench_since(begun, w->rbf != NULL);
+  return bench_since_together(begun, w->rbf != NULL);
 }
 
 static bool write_file(const char *path, const fit_work *w)

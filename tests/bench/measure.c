@@ -87,13 +87,25 @@ static double seconds_of(clockid_t clock)
 
 bench_span bench_now(void)
 {
-  return (bench_span){seconds_of(CLOCK_MONOTONIC), seconds_of(CLOCK_THREAD_CPUTIME_ID), false};
+  return (bench_span){.wall = seconds_of(CLOCK_MONOTONIC),
+                      .processor = seconds_of(CLOCK_THREAD_CPUTIME_ID),
+                      .all_threads = seconds_of(CLOCK_PROCESS_CPUTIME_ID)};
 }
 
 bench_span bench_since(bench_span begun, bool done)
 {
   bench_span now = bench_now();
-  return (bench_span){now.wall - begun.wall, now.processor - begun.processor, !done};
+  return (bench_span){.wall = now.wall - begun.wall,
+                      .processor = now.processor - begun.processor,
+                      .all_threads = now.all_threads - begun.all_threads,
+                      .failed = !done};
+}
+
+bench_span bench_since_together(bench_span begun, bool done)
+{
+  bench_span taken = bench_since(begun, done);
+  taken.processor = taken.all_threads;
+  return taken;
 }
 
 zs_control bench_control(unsigned threads)

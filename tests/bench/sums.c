@@ -35,7 +35,7 @@ static bench_span job_compile(void *context)
   const zs_control control = bench_control(2);
   const bench_span begun = bench_now();
   w->sum = zs_rbf_sum_new(w->rbf, 3, NULL, ZS_RBF_ACCURACY, &control, bench_diag());
-  const bench_span span = bench_since(begun, w->sum != NULL);
+  const bench_span span = bench_since_together(begun, w->sum != NULL);
   zs_compiler *compiler = w->sum ? zs_compiler_new(NULL, NULL, bench_diag()) : NULL;
   if (!compiler)
     return span;
