@@ -58,6 +58,7 @@ zs_sources += \
   src/nodes/variational.c \
   src/nodes/variational.h \
   src/nodes/variational_fit.c \
+  src/nodes/variational_mesh.c \
   src/nodes/variational_parts.c \
   src/nodes/variational_plane.c \
   src/nodes/variational_warp.c \

@@ -44,6 +44,10 @@ unsigned zs_variational_dimension(const zs_node *node);
 bool zs_variational_gather(const zs_node *node, unsigned dimension, zs_rbf_samples *list,
                            zs_diag *diag);
 
+/* ---- Meshes (variational_mesh.c) -------------------------------------------------- */
+
+bool zs_variational_add_mesh(zs_rbf_samples *list, const zs_node *part, zs_diag *diag);
+
 /* ---- Plane parts (variational_plane.c) -------------------------------------------- */
 
 /* Whether a <contour> or an <image> lies in the plane of 2D shapes. */
@@ -89,7 +93,7 @@ zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variatio
 
 /* To be raised when the same samples and settings become other constraints: fits
  * that were stored before are then made anew. */
-enum { ZS_VARIATIONAL_VERSION = 1 };
+enum { ZS_VARIATIONAL_VERSION = 2 };
 
 /* A fit as scenes remember it, found again by a key of all that it depends on. */
 typedef struct zs_variational_fit {

@@ -2,15 +2,10 @@
 #include "nodes/variational.h"
 
 #include "files/points.h"
-#include "mesh/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct file_part {
-  const char *src;
-};
 
 struct points_part {
   const char *src;
@@ -29,22 +24,6 @@ static const char *const normals[] = {"auto", "estimate", "none", NULL};
 enum { NORMALS_AUTO, NORMALS_ESTIMATE };
 
 /* ---- Parts -------------------------------------------------------------------- */
-
-static const zs_attribute mesh_attributes[] = {
-  {.name = "src", .type = ZS_FILE, .offset = offsetof(struct file_part, src), .unit = "",
-   .doc = "an STL, PLY, OBJ, OFF or OM file; vertex normals are taken from it, or made from its "
-          "triangles, which should be counter-clockwise seen from outside"},
-};
-
-const zs_kind zs_variational_mesh = {
-  .name = "mesh",
-  .family = ZS_FAMILY_PART,
-  .summary = "the vertices of a mesh, with their normals",
-  .attributes = mesh_attributes,
-  .attribute_count = ZS_COUNT_OF(mesh_attributes),
-  .parameters_size = sizeof(struct file_part),
-  .children = ZS_CHILDREN_NONE,
-};
 
 static const zs_attribute points_attributes[] = {
   {.name = "src", .type = ZS_FILE, .offset = offsetof(struct points_part, src), .unit = "",
@@ -131,93 +110,6 @@ static bool has_normal(const zs_rbf_sample *sample)
   return sample->normal[0] != 0 || sample->normal[1] != 0 || sample->normal[2] != 0;
 }
 
-/* Add to each vertex twice the area vector of its triangles. */
-static void add_area_normals(const zs_mesh *mesh, zs_rbf_sample *samples)
-{
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    const uint32_t *corner = mesh->triangles + 3 * t;
-    const double *a = samples[corner[0]].position, *b = samples[corner[1]].position,
-                 *c = samples[corner[2]].position;
-    double u[3], v[3];
-    for (int k = 0; k < 3; k++) {
-      u[k] = b[k] - a[k];
-      v[k] = c[k] - a[k];
-    }
-    for (int j = 0; j < 3; j++)
-      for (int k = 0; k < 3; k++)
-        samples[corner[j]].normal[k] +=
-          u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-  }
-}
-
-/* Six times the volume that a mesh encloses, negative when its triangles are
- * clockwise seen from outside; about a vertex, so that meshes that are almost
- * closed count too. */
-static double signed_volume(const zs_mesh *mesh, const zs_rbf_sample *samples)
-{
-  double volume = 0;
-  for (size_t t = 0; t < mesh->triangle_count; t++) {
-    double v[3][3];
-    for (int i = 0; i < 3; i++)
-      for (int k = 0; k < 3; k++)
-        v[i][k] = samples[mesh->triangles[3 * t + (size_t)i]].position[k] - samples[0].position[k];
-    for (int k = 0; k < 3; k++)
-      volume += v[0][k] * (v[1][(k + 1) % 3] * v[2][(k + 2) % 3] -
-                           v[1][(k + 2) % 3] * v[2][(k + 1) % 3]);
-  }
-  return volume;
-}
-
-/* Warn of a mesh that is inside out by a good part of its box. */
-static void check_orientation(const zs_node *part, const zs_mesh *mesh,
-                              const zs_rbf_sample *samples, zs_diag *diag)
-{
-  double box = 1;
-  for (int k = 0; k < 3; k++) {
-    double lo = INFINITY, hi = -INFINITY;
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
-      lo = fmin(lo, samples[i].position[k]);
-      hi = fmax(hi, samples[i].position[k]);
-    }
-    box *= hi - lo;
-  }
-  if (signed_volume(mesh, samples) / 6 >= -0.05 * box)
-    return;
-  const zs_place place = zs_node_place(part, "src");
-  zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
-            "the mesh is inside out: its triangles are clockwise seen from outside, so the solid "
-            "is what lies around it");
-}
-
-static bool add_mesh(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
-{
-  const char *path = ((const struct file_part *)part->parameters)->src;
-  zs_mesh *mesh = zs_mesh_read(path, diag);
-  bool done = mesh != NULL;
-  const size_t first = list->count;
-  for (size_t i = 0; done && i < mesh->vertex_count; i++) {
-    zs_rbf_sample sample = {.value = 0};
-    for (int k = 0; k < 3; k++) {
-      sample.position[k] = (double)mesh->positions[3 * i + k];
-      if (mesh->normals)
-        sample.normal[k] = (double)mesh->normals[3 * i + k];
-    }
-    done = zs_rbf_samples_add(list, &sample, diag);
-  }
-  if (done && !mesh->normals) {
-    add_area_normals(mesh, list->samples + first);
-    check_orientation(part, mesh, list->samples + first, diag);
-  }
-  bool directed = list->count == first;
-  for (size_t i = first; done && !directed && i < list->count; i++)
-    directed = has_normal(&list->samples[i]);
-  if (done && !directed)
-    done = zs_fail(diag, ZS_ERROR_GEOMETRY, path,
-                   "the mesh has no normals, and no triangle with an area to make them from");
-  zs_mesh_free(mesh);
-  return done;
-}
-
 static bool add_points(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
 {
   const struct points_part *p = part->parameters;
@@ -267,7 +159,7 @@ unsigned zs_variational_dimension(const zs_node *node)
 
 static bool add_part(zs_rbf_samples *list, const zs_node *part, bool *empty, zs_diag *diag)
 {
-  return part->kind == &zs_variational_mesh      ? add_mesh(list, part, diag)
+  return part->kind == &zs_variational_mesh      ? zs_variational_add_mesh(list, part, diag)
          : part->kind == &zs_variational_points  ? add_points(list, part, diag)
          : part->kind == &zs_variational_contour ? zs_variational_add_contour(list, part, diag)
          : part->kind == &zs_variational_image

@@ -9,7 +9,7 @@
 
 /* The automatic offset, by the samples' size; the least part of it that still
  * makes a constraint; and what counts as the same point. */
-static const double AUTOMATIC = 0.01, LEAST = 1e-3, SAME = 1e-6;
+static const double AUTOMATIC = 0.01, LEAST = 0.02, SAME = 1e-6;
 /* Offsets reach this part of the way to the medial axis. */
 static const double CLEARANCE = 0.5;
 

@@ -28,9 +28,9 @@ typedef struct zs_rbf_sum {
 
 #define ZS_RBF_ACCURACY 1e-6 /* that no picture, mesh or volume shows */
 
-/* Copy a fit and enclose it; NULL after reporting that memory is out, or cancelled.  Its first `space` dimensions, 2
- * or 3, are those of space, and it is the slice where the others are `extra`,
- * dimension - space numbers in the scene's units (NULL will do for none).  In the
+/* Copy a fit and enclose it; NULL after reporting that memory is out, or cancelled.  Its
+ * first `space` dimensions, 2 or 3, are those of space, and it is the slice where the others
+ * are `extra`, dimension - space numbers in the scene's units (NULL will do for none).  In the
  * plane it must be given 0 as z.  `accuracy` is positive; `control` may be NULL. */
 zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned space, const double *extra,
                            double accuracy, const zs_control *control, zs_diag *diag);

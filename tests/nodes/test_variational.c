@@ -305,8 +305,8 @@ static void mistakes_are_explained(void **state)
      "scene.xml", 2, ZS_ERROR_SYNTAX},
     {"<variational kernel='cubic'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
      ZS_ERROR_SCHEMA},
-    {"<variational sigma='0.1'><points src='sphere.xyz'/></variational>", "gaussian", "scene.xml", 2,
-     ZS_ERROR_SCHEMA},
+    {"<variational sigma='0.1'><points src='sphere.xyz'/></variational>", "gaussian",
+     "scene.xml", 2, ZS_ERROR_SCHEMA},
     {"<variational kernel='gaussian' sigma='90'><points src='sphere.xyz'/></variational>",
      "for Gaussians of width 90", "scene.xml", 2, ZS_ERROR_UNABLE},
     {"<variational smoothing='-0.1'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
@@ -328,25 +328,84 @@ static void mistakes_are_explained(void **state)
   }
 }
 
+static void write_cube(bool turned)
+{
+  static const int faces[6][4] = {{1, 2, 4, 3}, {5, 7, 8, 6}, {1, 5, 6, 2},
+                                  {3, 4, 8, 7}, {1, 3, 7, 5}, {2, 6, 8, 4}};
+  FILE *file = create("cube.obj");
+  for (int i = 0; i < 8; i++)
+    fprintf(file, "v %d %d %d\n", i & 1, i >> 1 & 1, i >> 2);
+  for (int i = 0; i < 6; i++) {
+    const int *f = faces[i];
+    if (turned)
+      fprintf(file, "f %d %d %d %d\n", f[0], f[1], f[2], f[3]);
+    else
+      fprintf(file, "f %d %d %d %d\n", f[3], f[2], f[1], f[0]);
+  }
+  assert_int_equal(fclose(file), 0);
+}
+
+/* The largest |f| at points of a cube's faces, which tells how far the surface leaves them. */
+static double miss_of_cube(const char *body)
+{
+  zs_field *field = compile(body);
+  zs_eval *eval = evaluator(field);
+  uint64_t seed = 4;
+  double worst = 0;
+  for (int i = 0; i < 300; i++) {
+    double p[3];
+    for (int k = 0; k < 3; k++)
+      p[k] = k == i % 3 ? i / 3 % 2 : random_between(&seed, 0, 1);
+    worst = fmax(worst, fabs(zs_eval_point(eval, p)));
+  }
+  zs_eval_free(eval);
+  zs_field_unref(field);
+  return worst;
+}
+
+/* Between the vertices of a cube there is a ball; samples of its edges and faces make it a cube,
+ * the more of them the better. */
+static void meshes_are_met_between_vertices(void **state)
+{
+  (void)state;
+  write_cube(false);
+  const double ball = miss_of_cube("<variational><mesh src='cube.obj'/></variational>");
+  const double near =
+    miss_of_cube("<variational><mesh src='cube.obj' deviation='0.03'/></variational>");
+  const double nearer =
+    miss_of_cube("<variational><mesh src='cube.obj' deviation='0.003'/></variational>");
+  assert_true(ball > 0.2);
+  assert_true(near < 0.1);
+  assert_true(nearer < 0.03);
+}
+
+/* One of two triangles at a vertex is much larger, and the other looks the other way: the
+ * vertex's normal is what both agree with most. */
+static void normals_face_all_triangles(void **state)
+{
+  (void)state;
+  write_text("fold.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 -1 0\nv -0.3 0 0.6\nf 1 2 3\nf 1 4 5\n");
+  zs_field *field =
+    compile("<variational normal-offset='0.05'><mesh src='fold.obj'/></variational>");
+  zs_eval *eval = evaluator(field);
+  /* Between 0 0 1 and that of the second triangle, which is -0.6 0 -0.3 by its length. */
+  const double second[3] = {-2 / sqrt(5), 0, -1 / sqrt(5)};
+  double n[3] = {second[0], 0, second[2] + 1};
+  const double length = hypot(n[0], n[2]);
+  for (int k = 0; k < 3; k++)
+    n[k] *= 0.05 / length;
+  assert_true(fabs(zs_eval_point(eval, n) + 0.05) < 2e-3);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
 /* A cube whose triangles are turned the wrong way round is fitted, as what lies
  * around it, with a warning. */
 static void inside_out_meshes_are_noticed(void **state)
 {
   (void)state;
-  static const int faces[6][4] = {{1, 2, 4, 3}, {5, 7, 8, 6}, {1, 5, 6, 2},
-                                  {3, 4, 8, 7}, {1, 3, 7, 5}, {2, 6, 8, 4}};
   for (int turned = 0; turned <= 1; turned++) {
-    FILE *file = create("cube.obj");
-    for (int i = 0; i < 8; i++)
-      fprintf(file, "v %d %d %d\n", i & 1, i >> 1 & 1, i >> 2);
-    for (int i = 0; i < 6; i++) {
-      const int *f = faces[i];
-      if (turned)
-        fprintf(file, "f %d %d %d %d\n", f[0], f[1], f[2], f[3]);
-      else
-        fprintf(file, "f %d %d %d %d\n", f[3], f[2], f[1], f[0]);
-    }
-    assert_int_equal(fclose(file), 0);
+    write_cube(turned);
     seen s = {.message = ""};
     zs_diag diag = {.report = keep, .context = &s};
     zs_scene *scene = parse("<variational>\n<mesh src='cube.obj'/></variational>", &diag);
@@ -392,6 +451,8 @@ int main(void)
     cmocka_unit_test(evaluators_agree),
     cmocka_unit_test(fits_are_remembered),
     cmocka_unit_test(mistakes_are_explained),
+    cmocka_unit_test(meshes_are_met_between_vertices),
+    cmocka_unit_test(normals_face_all_triangles),
     cmocka_unit_test(inside_out_meshes_are_noticed),
     cmocka_unit_test(memory_limits_are_kept),
   };
