@@ -3,7 +3,8 @@ dist_doc_DATA += \
   doc/architecture.md \
   doc/language.md \
   doc/nodes.md \
-  doc/performance.md
+  doc/performance.md \
+  doc/tutorial-stack.md
 dist_man_MANS = doc/zeroset.1
 bashcompletiondir = $(datadir)/bash-completion/completions
 dist_bashcompletion_DATA = doc/zeroset.bash

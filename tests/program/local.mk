@@ -3,7 +3,8 @@ zs_test_scripts += \
   tests/program/test_scenes.sh \
   tests/program/test_threads.sh \
   tests/program/test_brute.sh \
-  tests/program/test_library.sh
+  tests/program/test_library.sh \
+  tests/program/test_tutorial.sh
 
 zs_tests += tests/program/test_measures tests/program/test_bunny
 tests_program_test_measures_SOURCES = tests/program/test_measures.c
