@@ -69,12 +69,14 @@ static const char *skip(const char *text)
 /* Numbers separated by blanks and commas; how many, or -1. */
 static int numbers(const char *text, double *out, int most)
 {
+  const char *const end = text + strlen(text);
   int count = 0;
   for (text = skip(text); *text; text = skip(text)) {
-    const size_t n = zs_number_parse(text, strlen(text), &out[count]);
-    if (!n || count == most || !isfinite(out[count]))
+    double number;
+    const size_t n = zs_number_parse(text, (size_t)(end - text), &number);
+    if (!n || count == most || !isfinite(number))
       return -1;
-    count++;
+    out[count++] = number;
     text += n;
   }
   return count;
@@ -322,7 +324,7 @@ static bool read_rectangle(reader *r, const zs_element *e, const context *c)
 
 static bool read_polygon(reader *r, const zs_element *e, const context *c)
 {
-  const char *text = value(e, "points");
+  const char *text = value(e, "points"), *const end = text ? text + strlen(text) : NULL;
   if (!text)
     return true;
   if (!begin(r, c))
@@ -331,7 +333,7 @@ static bool read_polygon(reader *r, const zs_element *e, const context *c)
     double p[2];
     for (int k = 0; k < 2; k++) {
       text = skip(text);
-      const size_t n = zs_number_parse(text, strlen(text), &p[k]);
+      const size_t n = zs_number_parse(text, (size_t)(end - text), &p[k]);
       if (!n || !isfinite(p[k]))
         return fail(r, e, "points", "is not a list of points, x and y of each");
       text += n;

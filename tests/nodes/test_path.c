@@ -257,6 +257,8 @@ static void test_mistakes(void **unused)
     {SVG "><rect width='1em' height='1'/></svg>", "'1em' is not a length"},
     {SVG "><g transform='turn(3)'><rect width='1' height='1'/></g></svg>", "list of transforms"},
     {SVG "><g transform='scale(1,2,3)'><rect/></g></svg>", "not a list of transforms"},
+    {SVG "><g transform='matrix(1 0 0 1 0 0 7)'><rect/></g></svg>", "not a list of transforms"},
+    {SVG " viewBox='0 0 1 1 1'><rect width='1' height='1'/></svg>", "is not x, y, width"},
     {SVG " viewBox='0 0 0 1'><rect width='1' height='1'/></svg>", "is not x, y, width"},
     {SVG "><polygon points='1 2 3'/></svg>", "is not a list of points"},
     {"<!DOCTYPE svg [<!ENTITY a 'b'>]>" SVG "/>", "document type declaration"},
