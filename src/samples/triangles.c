@@ -136,6 +136,18 @@ static zs_triangle triangle_of(const double *positions, const uint32_t corner[3]
   return t;
 }
 
+/* The side of a right-angled triangle of the mean area. */
+static double typical_side(const zs_triangle *triangles, uint32_t count)
+{
+  double area2 = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    double normal[3];
+    cross(triangles[i].ab, triangles[i].ac, normal);
+    area2 += sqrt(dot(normal, normal));
+  }
+  return sqrt(area2 / count);
+}
+
 zs_triangles *zs_triangles_new(double *positions, const uint32_t *corners, size_t count)
 {
   zs_triangles *s = calloc(1, sizeof *s);
@@ -161,6 +173,7 @@ zs_triangles *zs_triangles_new(double *positions, const uint32_t *corners, size_
                       .count = used,
                       .box_count = b.box_count,
                       .positions = positions,
+                      .side = typical_side(triangles, used),
                       .whole = s};
   return s;
 }
@@ -267,17 +280,23 @@ uint32_t zs_triangles_guess(const zs_triangles *s, const double p[3])
   return s->boxes[at].first;
 }
 
-uint32_t zs_triangles_nearest(const zs_triangles *s, const double p[3])
+/* A box that is still to be looked into. */
+typedef struct entry {
+  uint32_t box;
+  double distance2;
+} entry;
+
+uint32_t zs_triangles_nearest(const zs_triangles *s, const double p[3], uint32_t guess)
 {
-  double from[3];
-  uint32_t nearest = zs_triangles_guess(s, p);
-  double best = zs_triangle_distance2(&s->triangles[nearest], p, from);
-  for (uint32_t at = 0; at < s->box_count;) {
-    const zs_triangle_box *box = &s->boxes[at];
-    if (box_distance2(box, p) >= best) {
-      at = box->skip;
+  enum { DEEPEST = 64 }; /* more than the depth of the tree: every split is in the middle */
+  entry stack[DEEPEST] = {{0, box_distance2(&s->boxes[0], p)}};
+  double from[3], best = zs_triangle_distance2(&s->triangles[guess], p, from);
+  uint32_t nearest = guess;
+  for (unsigned depth = 1; depth > 0;) {
+    const entry top = stack[--depth];
+    const zs_triangle_box *box = &s->boxes[top.box];
+    if (top.distance2 >= best)
       continue;
-    }
     for (uint32_t i = box->first; i < box->first + box->count; i++) {
       const double distance2 = zs_triangle_distance2(&s->triangles[i], p, from);
       if (distance2 < best) {
@@ -285,7 +304,14 @@ uint32_t zs_triangles_nearest(const zs_triangles *s, const double p[3])
         nearest = i;
       }
     }
-    at++;
+    if (box->count)
+      continue;
+    const uint32_t left = top.box + 1, right = s->boxes[left].skip;
+    const entry a = {left, box_distance2(&s->boxes[left], p)};
+    const entry b = {right, box_distance2(&s->boxes[right], p)};
+    const bool first = a.distance2 < b.distance2; /* look into the nearer one first */
+    stack[depth++] = first ? b : a;
+    stack[depth++] = first ? a : b;
   }
   return nearest;
 }
@@ -293,7 +319,8 @@ uint32_t zs_triangles_nearest(const zs_triangles *s, const double p[3])
 static double unsigned_distance(const zs_triangles *s, const double p[3])
 {
   double from[3];
-  return sqrt(zs_triangle_distance2(&s->triangles[zs_triangles_nearest(s, p)], p, from));
+  const uint32_t nearest = zs_triangles_nearest(s, p, zs_triangles_guess(s, p));
+  return sqrt(zs_triangle_distance2(&s->triangles[nearest], p, from));
 }
 
 /* ---- Sides ----------------------------------------------------------------------------- */

@@ -34,6 +34,7 @@ typedef struct zs_triangles {
   const zs_triangle_box *boxes;
   uint32_t count, box_count;
   const double *positions; /* of vertices, 3 each */
+  double side;             /* about that of a typical triangle */
   const struct zs_triangles *whole; /* all of the surface: where sides are counted */
 } zs_triangles;
 
@@ -55,8 +56,8 @@ extern const zs_operation zs_triangles_operation;
 /* A triangle that is not far from a point. */
 uint32_t zs_triangles_guess(const zs_triangles *triangles, const double p[3]);
 
-/* The triangle that is nearest to a point. */
-uint32_t zs_triangles_nearest(const zs_triangles *triangles, const double p[3]);
+/* The triangle that is nearest to a point; the nearer `guess` is, the sooner it is found. */
+uint32_t zs_triangles_nearest(const zs_triangles *triangles, const double p[3], uint32_t guess);
 
 /* The squared distance of a point from a triangle, and the way from its nearest point. */
 double zs_triangle_distance2(const zs_triangle *triangle, const double p[3], double from[3]);

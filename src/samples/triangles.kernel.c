@@ -4,6 +4,10 @@
 
 #include "field/lanes.h"
 
+/* Sides of triangles that a packet is as long as when it takes as long as its points do one by
+ * one: measured. */
+static const double MANY_SIDES = 18;
+
 /* Points that are looked at together, the box around them, and what is nearest to each. */
 typedef struct packet {
   double lo[3], hi[3], centre[3];
@@ -133,16 +137,19 @@ static void search(packet *k, const zs_triangles *s, uint32_t guess)
   }
 }
 
-/* Whether the points are so far apart that single precision would not tell what is nearest. */
+/* Whether the points are so far apart that single precision would not tell what is nearest, or
+ * that what is nearest to one of them has little to do with the others: then it is quicker to
+ * look for it point by point. */
 static bool is_wide(const packet *k, const zs_triangles *s)
 {
-  const zs_triangle_box *all = &s->whole->boxes[0];
+  const zs_triangles *whole = s->whole;
+  const zs_triangle_box *all = &whole->boxes[0];
   double size = 0, apart = 0;
   for (int i = 0; i < 3; i++) {
     size = all->hi[i] - all->lo[i] > size ? all->hi[i] - all->lo[i] : size;
     apart = k->hi[i] - k->lo[i] > apart ? k->hi[i] - k->lo[i] : apart;
   }
-  return apart > size / 4;
+  return apart > size / 4 || apart > MANY_SIDES * whole->side;
 }
 
 /* Gather the points from `first` on.  Those that are not finite stand in for by 0. */
@@ -219,7 +226,7 @@ ZS_INLINE void work_out(const zs_block_arguments *a, deliver *deliver)
       if (!isfinite(p[0] + p[1] + p[2])) {
         r.f = zs_triangles_distance(s, p);
       } else {
-        guess = wide ? zs_triangles_nearest(s, p) : (uint32_t)k.triangle[l];
+        guess = wide ? zs_triangles_nearest(s, p, guess) : (uint32_t)k.triangle[l];
         settle(s, p, guess, &last, &r);
       }
       deliver(a, i, &r);
