@@ -180,6 +180,8 @@ static zs_value scale_emit(zs_compiler *compiler, const zs_node *node, const zs_
   return mapped(compiler, node, at, inverse, factor);
 }
 
+#define SCALED(X) "about." X " + (" X " - about." X ") / by." X
+
 const zs_kind zs_kind_scale = {
   .name = "scale",
   .family = ZS_FAMILY_COORDINATE_MAP,
@@ -190,10 +192,34 @@ const zs_kind zs_kind_scale = {
   .attribute_count = ZS_COUNT_OF(scale_attributes),
   .parameters_size = sizeof(struct scale),
   .children = ZS_CHILDREN_ONE,
-  .map = {"about.x + (x - about.x) / by.x", "about.y + (y - about.y) / by.y",
-          "about.z + (z - about.z) / by.z"},
+  .map = {SCALED("x"), SCALED("y"), SCALED("z")},
   .formula = "f * min(abs(by.x), min(abs(by.y), abs(by.z)))",
   .emit = scale_emit,
+  .box = scale_box,
+};
+
+/* ---- stretch --------------------------------------------------------------- */
+
+static zs_value stretch_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  double inverse[12];
+  scale_inverse(node, inverse);
+  return mapped(compiler, node, at, inverse, 1);
+}
+
+const zs_kind zs_kind_stretch = {
+  .name = "stretch",
+  .family = ZS_FAMILY_COORDINATE_MAP,
+  .summary = "the child drawn out along the axes, its values with it",
+  .doc = "The solid is that of `scale`. f is not multiplied but keeps the values it had, so that "
+         "offsets and blends outside of it are drawn out as well.",
+  .source = "V. Adzhiev et al., HyperFun project (hfStretch3D), 1999",
+  .attributes = scale_attributes,
+  .attribute_count = ZS_COUNT_OF(scale_attributes),
+  .parameters_size = sizeof(struct scale),
+  .children = ZS_CHILDREN_ONE,
+  .map = {SCALED("x"), SCALED("y"), SCALED("z")},
+  .emit = stretch_emit,
   .box = scale_box,
 };
 

@@ -1,5 +1,6 @@
 #include "nodes/common.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -23,6 +24,19 @@ zs_coordinates zs_coordinates_along(const zs_coordinates *at, int axis)
 zs_coordinates zs_coordinates_back(const zs_coordinates *at, int axis)
 {
   return permuted(at, 2 - axis);
+}
+
+int zs_node_toward(const zs_node *node, int axis, int toward)
+{
+  return axis == 0 && !zs_node_has(node, "toward") ? 2 : toward;
+}
+
+bool zs_node_check_toward(const zs_node *node, zs_diag *diag, int axis, int toward)
+{
+  if (zs_node_toward(node, axis, toward) != axis)
+    return true;
+  return zs_node_fail(node, diag, "toward", "'%s' is the axis itself; expected another",
+                      zs_axis_names[axis]);
 }
 
 zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3])
@@ -120,6 +134,20 @@ zs_value zs_children_fold(zs_compiler *compiler, const zs_node *node, const zs_c
     first = false;
   }
   return value;
+}
+
+/* One row of an affine map. */
+zs_value zs_emit_half_space(zs_compiler *compiler, const zs_coordinates *at,
+                            const double normal[3], const double point[3])
+{
+  const double length = hypot(hypot(normal[0], normal[1]), normal[2]);
+  double row[12] = {0};
+  for (int i = 0; i < 3; i++) {
+    row[i] = -normal[i] / length;
+    row[3] += normal[i] / length * point[i];
+  }
+  const zs_coordinates across = zs_coordinates_affine(at, row);
+  return zs_emit_coordinate(compiler, &across, 0);
 }
 
 zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor)

@@ -17,6 +17,14 @@ zs_coordinates zs_coordinates_along(const zs_coordinates *at, int axis);
 /* The way back. */
 zs_coordinates zs_coordinates_back(const zs_coordinates *at, int axis);
 
+/* A second axis that an `axis` leans to: x, or z where the axis is x, when not written. */
+#define ZS_TOWARD(struct_, member, doc_) \
+  ZS_SELECT(struct_, member, "toward", "x", zs_axis_names, doc_)
+
+/* Check that `toward` is another axis than `axis`. */
+bool zs_node_check_toward(const zs_node *node, zs_diag *diag, int axis, int toward);
+int zs_node_toward(const zs_node *node, int axis, int toward);
+
 /* Coordinates whose origin is at `origin`. */
 zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3]);
 
@@ -69,6 +77,10 @@ static inline zs_value zs_emit_negated(zs_compiler *compiler, zs_value a)
 {
   return zs_emit(compiler, ZS_FUNCTION_NEGATE, a, 0, 0);
 }
+
+/* The distance into the half-space whose outward normal, of any length, stands on a point. */
+zs_value zs_emit_half_space(zs_compiler *compiler, const zs_coordinates *at,
+                            const double normal[3], const double point[3]);
 
 /* value * factor, nothing for 1. */
 zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor);

@@ -1,7 +1,5 @@
 #include "nodes/common.h"
 
-#include <math.h>
-
 struct half_space {
   double normal[3], point[3];
 };
@@ -23,18 +21,10 @@ static bool check(const zs_node *node, zs_diag *diag)
   return zs_node_check_direction(node, diag, "normal", p->normal);
 }
 
-/* f is one row of an affine map. */
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct half_space *p = node->parameters;
-  const double *n = p->normal, length = hypot(hypot(n[0], n[1]), n[2]);
-  double row[12] = {0};
-  for (int i = 0; i < 3; i++) {
-    row[i] = -n[i] / length;
-    row[3] += n[i] / length * p->point[i];
-  }
-  zs_coordinates across = zs_coordinates_affine(at, row);
-  return zs_emit_coordinate(compiler, &across, 0);
+  return zs_emit_half_space(compiler, at, p->normal, p->point);
 }
 
 const zs_kind zs_kind_half_space = {

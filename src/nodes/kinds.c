@@ -4,8 +4,9 @@
 #include <string.h>
 
 extern const zs_kind zs_kind_sphere, zs_kind_ellipsoid, zs_kind_box, zs_kind_cylinder,
-  zs_kind_cone, zs_kind_torus, zs_kind_capsule, zs_kind_half_space, zs_kind_slab, zs_kind_formula,
-  zs_kind_gyroid, zs_kind_empty, zs_kind_everything;
+  zs_kind_cone, zs_kind_torus, zs_kind_capsule, zs_kind_half_space, zs_kind_slab,
+  zs_kind_superellipsoid, zs_kind_quadric, zs_kind_gyroid, zs_kind_convex, zs_kind_formula,
+  zs_kind_empty, zs_kind_everything;
 extern const zs_kind zs_kind_circle, zs_kind_ellipse, zs_kind_rectangle, zs_kind_regular_polygon,
   zs_kind_polygon, zs_kind_curved_polygon, zs_kind_path, zs_kind_half_plane, zs_kind_image;
 extern const zs_kind zs_kind_extrude, zs_kind_revolve;
@@ -15,7 +16,8 @@ extern const zs_kind zs_kind_blend_union, zs_kind_blend_intersection, zs_kind_bl
   zs_kind_smooth_union, zs_kind_smooth_intersection, zs_kind_smooth_difference;
 extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_scale_value;
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
-  zs_kind_matrix, zs_kind_twist, zs_kind_taper, zs_kind_slice, zs_kind_map;
+  zs_kind_matrix, zs_kind_stretch, zs_kind_shear, zs_kind_twist, zs_kind_taper, zs_kind_bend,
+  zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_stack, zs_kind_variational;
 extern const zs_kind zs_kind_distance, zs_kind_volume, zs_kind_sample;
 
@@ -30,7 +32,10 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_capsule,
   &zs_kind_half_space,
   &zs_kind_slab,
+  &zs_kind_superellipsoid,
+  &zs_kind_quadric,
   &zs_kind_gyroid,
+  &zs_kind_convex,
   &zs_kind_formula,
   &zs_kind_empty,
   &zs_kind_everything,
@@ -71,8 +76,11 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_scale,
   &zs_kind_mirror,
   &zs_kind_matrix,
+  &zs_kind_stretch,
+  &zs_kind_shear,
   &zs_kind_twist,
   &zs_kind_taper,
+  &zs_kind_bend,
   &zs_kind_slice,
   &zs_kind_map,
   /* Interpolation and reconstruction */

@@ -1,5 +1,6 @@
 zs_sources += \
   src/nodes/affine.c \
+  src/nodes/bend.c \
   src/nodes/blend.c \
   src/nodes/box.c \
   src/nodes/capsule.c \
@@ -8,6 +9,7 @@ zs_sources += \
   src/nodes/common.h \
   src/nodes/cone.c \
   src/nodes/constant.c \
+  src/nodes/convex.c \
   src/nodes/curved_polygon.c \
   src/nodes/cylinder.c \
   src/nodes/displace.c \
@@ -37,6 +39,7 @@ zs_sources += \
   src/nodes/outlined.h \
   src/nodes/path.c \
   src/nodes/polygon.c \
+  src/nodes/quadric.c \
   src/nodes/rectangle.c \
   src/nodes/revolve.c \
   src/nodes/sample.c \
@@ -44,6 +47,7 @@ zs_sources += \
   src/nodes/sampled.h \
   src/nodes/scale_value.c \
   src/nodes/set.c \
+  src/nodes/shear.c \
   src/nodes/shell.c \
   src/nodes/slab.c \
   src/nodes/slice.c \
@@ -52,6 +56,7 @@ zs_sources += \
   src/nodes/stack.c \
   src/nodes/stack.h \
   src/nodes/stack_read.c \
+  src/nodes/superellipsoid.c \
   src/nodes/taper.c \
   src/nodes/torus.c \
   src/nodes/twist.c \

@@ -108,6 +108,8 @@ static const struct {
   {"matrix", "values", "1 0 0 0 0 1 0 0 0 0 1 0"},
   {"path", "d", "M0 0H1V1Z"},
   {"polygon", "points", "0 0 1 0 0 1"},
+  {"quadric", "constant", "1"},
+  {"quadric", "squares", "-1 -1 -1"},
   {"regular-polygon", "sides", "5"},
   {"slab", "min", "0"},
   {"slab", "max", "1"},
@@ -119,6 +121,8 @@ static const struct {
 static const struct {
   const char *kind, *body;
 } sample_bodies[] = {
+  {"bounded-blend", "<sphere/><box/><sphere radius='2'/>"},
+  {"convex", "<plane normal='0 0 1'/>"},
   {"curved-polygon", "<line to='0 0'/><line to='1 0'/><arc to='0 1' bulge='1'/>"},
   {"extrude", "<circle/>"},
   {"formula", "1 - x"},

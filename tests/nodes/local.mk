@@ -1,6 +1,7 @@
 zs_tests += \
   tests/nodes/test_curved_polygon \
   tests/nodes/test_data \
+  tests/nodes/test_deform \
   tests/nodes/test_fits \
   tests/nodes/test_formulas \
   tests/nodes/test_interpolate \
@@ -10,6 +11,7 @@ zs_tests += \
   tests/nodes/test_parts \
   tests/nodes/test_path \
   tests/nodes/test_primitives \
+  tests/nodes/test_solids \
   tests/nodes/test_stack \
   tests/nodes/test_trees \
   tests/nodes/test_variational
@@ -18,7 +20,8 @@ tests_nodes_test_kinds_SOURCES = \
   tests/nodes/test_kinds.c tests/nodes/build.h tests/nodes/random_nodes.h
 tests_nodes_test_interpolate_SOURCES = \
   tests/nodes/test_interpolate.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
-tests_nodes_test_laws_SOURCES = tests/nodes/test_laws.c tests/nodes/build.h
+tests_nodes_test_laws_SOURCES = \
+  tests/nodes/test_laws.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
 tests_nodes_test_stack_SOURCES = \
   tests/nodes/test_stack.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
@@ -38,3 +41,7 @@ tests_nodes_test_path_SOURCES = \
   tests/nodes/test_path.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_curved_polygon_SOURCES = \
   tests/nodes/test_curved_polygon.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_deform_SOURCES = \
+  tests/nodes/test_deform.c tests/nodes/laws.h tests/nodes/build.h
+tests_nodes_test_solids_SOURCES = \
+  tests/nodes/test_solids.c tests/nodes/laws.h tests/nodes/build.h

@@ -95,7 +95,18 @@ static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_att
   }
 }
 
-/* A node with random attributes that its check accepts; no children yet. */
+/* Whether a kind's children stand in parts of it, or its parts are numbers only. */
+static inline bool has_children_in_parts(const zs_kind *kind)
+{
+  return kind->parts && kind->parts[0]->children != ZS_CHILDREN_NONE;
+}
+
+static inline bool has_plain_parts(const zs_kind *kind)
+{
+  return kind->parts && !has_children_in_parts(kind);
+}
+
+/* A node with random attributes and plain parts that its check accepts; no children yet. */
 static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_t *state)
 {
   for (int attempt = 0; attempt < 2000; attempt++) {
@@ -105,7 +116,13 @@ static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_
       if (!attribute->initial || random_below(state, 2))
         random_attribute(arena, node, attribute, state);
     }
-    if (!kind->check || kind->parts || kind->check(node, NULL))
+    size_t kinds = 0;
+    while (has_plain_parts(kind) && kind->parts[kinds])
+      kinds++;
+    for (unsigned i = 0, n = kinds ? 2 + random_below(state, 3) : 0; i < n; i++)
+      adopt(arena, node, random_leaf(arena, kind->parts[random_below(state, kinds)], state));
+    const bool later = has_children_in_parts(kind) || kind->children == ZS_CHILDREN_TWO;
+    if (!kind->check || later || kind->check(node, NULL))
       return node;
   }
   fail_msg("<%s>: no random attributes are accepted", kind->name);
@@ -126,20 +143,36 @@ static inline zs_node *random_child(zs_arena *arena, uint64_t *state)
   return child;
 }
 
+/* One more child than it has, in a part of its own at `at` where there are such. */
+static inline void add_child(zs_arena *arena, zs_node *node, zs_node *child, double at)
+{
+  if (has_children_in_parts(node->kind))
+    child = adopt(arena, set(node_of_kind(arena, node->kind->parts[0]), "at", at), child);
+  adopt(arena, node, child);
+}
+
+/* Whether children are missing, by the kind's own account. */
+static inline bool wants_more(const zs_node *node)
+{
+  return node->kind->check && !node->kind->check(node, NULL);
+}
+
+static inline bool takes_children(const zs_kind *kind)
+{
+  return kind->children != ZS_CHILDREN_NONE || has_children_in_parts(kind);
+}
+
 static inline zs_node *random_node(zs_arena *arena, const zs_kind *kind, uint64_t *state)
 {
   zs_node *node = random_leaf(arena, kind, state);
-  if (kind->parts) {
-    double at = -1.5;
-    for (unsigned i = 0, n = 2 + random_below(state, 3); i < n; i++) {
-      zs_node *part = set(node_of_kind(arena, kind->parts[0]), "at", at);
-      adopt(arena, node, adopt(arena, part, random_child(arena, state)));
-      at += random_between(state, 0.3, 1.2);
-    }
-    assert_true(!kind->check || kind->check(node, NULL));
-  } else if (kind->children != ZS_CHILDREN_NONE) {
-    for (unsigned i = 0, n = 1 + random_below(state, 3); i < n || i < 2; i++)
-      adopt(arena, node, random_child(arena, state));
+  if (!takes_children(kind))
+    return node;
+  double at = -1.5;
+  const unsigned few = has_children_in_parts(kind) ? 2 : 1;
+  for (unsigned i = 0, n = few + random_below(state, 3); i < n || i < 2 || wants_more(node); i++) {
+    add_child(arena, node, random_child(arena, state), at);
+    at += random_between(state, 0.3, 1.2);
+    assert_true(i < 9);
   }
   return node;
 }

@@ -20,31 +20,22 @@ static const zs_kind *random_kind(uint64_t *state)
   return kind;
 }
 
-static bool is_leaf(const zs_kind *kind)
-{
-  return kind->children == ZS_CHILDREN_NONE && !kind->parts;
-}
-
 /* A tree as deep as asked for along its first branch, shallow along others. */
 static zs_node *random_tree(zs_arena *arena, int depth, uint64_t *state)
 {
   const zs_kind *kind = random_kind(state);
-  while (is_leaf(kind) != (depth <= 1))
+  while (takes_children(kind) == (depth <= 1))
     kind = random_kind(state);
   zs_node *node = random_leaf(arena, kind, state);
-  if (is_leaf(kind))
+  if (!takes_children(kind))
     return node;
-  const int count = kind->parts ? 2 + (int)random_below(state, 2) : 1 + (int)random_below(state, 3);
+  const int count = (has_children_in_parts(kind) ? 2 : 1) + (int)random_below(state, 2);
   double at = -1.5;
-  for (int i = 0; i < count; i++) {
+  for (int i = 0; i < count || wants_more(node); i++) {
     const int below = i ? 1 + (int)random_below(state, 2) : depth - 1;
-    zs_node *child = random_tree(arena, below < depth ? below : depth - 1, state);
-    if (kind->parts) {
-      zs_node *part = set(node_of_kind(arena, kind->parts[0]), "at", at);
-      at += random_between(state, 0.3, 1.5);
-      child = adopt(arena, part, child);
-    }
-    adopt(arena, node, child);
+    add_child(arena, node, random_tree(arena, below < depth ? below : depth - 1, state), at);
+    at += random_between(state, 0.3, 1.5);
+    assert_true(i < 9);
   }
   if (random_below(state, 3) == 0) {
     const double move[3] = {random_between(state, -0.4, 0.4), random_between(state, -0.4, 0.4),
