@@ -136,8 +136,9 @@ static bool find_gaps(builder *b, const zs_node *node)
     }
     if (below) {
       const zs_interpolate_centers how = (zs_interpolate_centers)b->settings->centers;
+      const zs_node *const levels[2] = {below, part};
       b->gaps[b->count++] =
-        (gap){below, part, between, zs_between_flows_make(b->compiler, between, how)};
+        (gap){below, part, between, zs_between_flows_make(b->compiler, between, levels, how)};
     }
     below = part;
     between = NULL;
@@ -328,9 +329,8 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
 
 /* ---- Where it is ---------------------------------------------------------------------- */
 
-/* The box of a level's shape across the axis, by a piece of its cylinder; false when none is
- * found. */
-static bool level_box(const zs_node *part, double lo[3], double hi[3])
+/* By a piece of its cylinder. */
+bool zs_level_box(const zs_node *part, double lo[3], double hi[3])
 {
   zs_diag diag = {0};
   zs_compiler *compiler = zs_compiler_new(NULL, NULL, &diag);
@@ -359,7 +359,7 @@ static zs_box box(const zs_node *node, const zs_box *children, size_t count)
     double lo[3], hi[3];
     if (part->kind != &level)
       continue;
-    if (levels++ == MOST_LEVELS || !level_box(part, lo, hi))
+    if (levels++ == MOST_LEVELS || !zs_level_box(part, lo, hi))
       return zs_box_everything();
     for (int k = 0; k < 2; k++) {
       around.lo[k] = fmin(around.lo[k], lo[k]);

@@ -26,14 +26,23 @@ typedef struct zs_between_flows {
   const zs_flow *side[2];
 } zs_between_flows;
 
-/* Those of a <between>, which may be NULL, for as long as the field.  Reports pairs that
- * cannot be followed. */
+/* Those of a <between>, which may be NULL, from one of two levels to the other, for as long
+ * as the field.  Reports pairs that cannot be followed. */
 zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,
+                                       const zs_node *const levels[2],
                                        zs_interpolate_centers centers);
 
 /* Where to evaluate one of a gap's shapes at a point when the shapes have moved by
  * `motion`. */
 zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *flows, int side,
                                zs_value motion, const zs_coordinates *at);
+
+/* Pairs that two shapes alone suggest (interpolate_auto.c): x and y of where each comes from
+ * and goes, in the compiler's arena.  Returns how many, 0 where none are found. */
+size_t zs_between_find_pairs(zs_compiler *compiler, const zs_node *const levels[2],
+                             double (**ends)[4]);
+
+/* The box of a level's shape across the axis; false when none is found. */
+bool zs_level_box(const zs_node *part, double lo[3], double hi[3]);
 
 #endif

@@ -64,7 +64,11 @@ static const zs_kind pair = {
 struct between {
   double ha, hb, fill, wc, wd;
   const char *weight;
+  int correspondence;
 };
+
+enum { GIVEN, AUTO };
+static const char *const correspondences[] = {"pairs", "auto", NULL};
 
 /* A power of more than nothing whose slope stays finite. */
 #define EXPONENT(member, name_, initial_, doc_) \
@@ -84,6 +88,9 @@ static const zs_attribute attributes[] = {
    .initial = "linear", .unit = "",
    .doc = "how much the shape above counts at t: `linear`, `smoothstep`, or pairs of t and "
           "weight from `0 0` to `1 1`, such as `0 0, 0.3 0.1, 1 1`, joined by a monotone spline"},
+  ZS_SELECT(struct between, correspondence, "correspondence", "pairs", correspondences,
+            "`pairs`: what belongs together is what the pairs say; `auto`: it is found by a "
+            "registration of the two shapes"),
 };
 
 static const zs_kind *const parts[] = {&pair, NULL};
@@ -166,6 +173,9 @@ static bool check(const zs_node *node, zs_diag *diag)
   size_t pairs = 0;
   for (size_t i = 0; i < node->child_count; i++)
     pairs += node->children[i]->kind == &pair;
+  if (pairs && p->correspondence == AUTO)
+    return zs_node_misuse(node, diag, "correspondence",
+                          "pairs cannot be combined with correspondence=\"auto\"");
   return pairs <= ZS_FLOW_MOST ||
          zs_node_misuse(node, diag, NULL, "there are %zu pairs; expected at most %d", pairs,
                         ZS_FLOW_MOST);
@@ -330,13 +340,45 @@ static const zs_flow *make_flow(zs_compiler *compiler, const pairs *all, zs_flow
   return flow;
 }
 
+/* Pairs that are found.  Should they come too near to each other, fewer will not. */
+static const zs_flow *find_flow(zs_compiler *compiler, const zs_node *const levels[2],
+                                zs_flow_way way)
+{
+  double(*ends)[4];
+  size_t count = zs_between_find_pairs(compiler, levels, &ends);
+  zs_flow_path *paths = ZS_ARENA_NEW(zs_compiler_arena(compiler), zs_flow_path, count + 1);
+  zs_flow *flow = NULL;
+  zs_flow_result result = ZS_FLOW_MEET;
+  for (size_t step = 1; paths && count && result == ZS_FLOW_MEET; step *= 2) {
+    size_t used = 0;
+    for (size_t i = 0; i < count; i += step)
+      paths[used++] = (zs_flow_path){2, ends[i]};
+    result = zs_flow_new(&flow, paths, used, way, NULL);
+  }
+  if (!paths || result == ZS_FLOW_MEMORY ||
+      (flow && !zs_compiler_keep(compiler, flow, zs_flow_free))) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return NULL;
+  }
+  return flow;
+}
+
 zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,
+                                       const zs_node *const levels[2],
                                        zs_interpolate_centers centers)
 {
   zs_between_flows flows = {.centers = centers};
   pairs all;
   if (!between)
     return flows;
+  if (((const struct between *)between->parameters)->correspondence == AUTO) {
+    const bool fixed = centers == ZS_CENTERS_FIXED;
+    flows.side[0] = find_flow(compiler, levels, fixed ? ZS_FLOW_AT_END : ZS_FLOW_COME);
+    flows.side[1] = fixed ? find_flow(compiler, levels, ZS_FLOW_AT_START) : flows.side[0];
+    if (!flows.side[1])
+      flows.side[0] = NULL;
+    return flows;
+  }
   if (!gather(zs_compiler_arena(compiler), between, &all)) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return flows;

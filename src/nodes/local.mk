@@ -30,6 +30,7 @@ zs_sources += \
   src/nodes/image.h \
   src/nodes/interpolate.c \
   src/nodes/interpolate.h \
+  src/nodes/interpolate_auto.c \
   src/nodes/interpolate_between.c \
   src/nodes/kind.h \
   src/nodes/kinds.c \

@@ -34,25 +34,26 @@ static polynomials polynomials_at(const zs_flow *flow, size_t interval, double s
 {
   const double from = flow->ends[interval], to = flow->ends[interval + 1];
   const double scale = 2 / (to - from), x = scale * (s - from) - 1;
+  const int most = flow->used[0] > flow->used[1] ? flow->used[0] : flow->used[1];
   polynomials p = {{1, x}};
-  for (int k = 2; k < flow->used; k++)
+  for (int k = 2; k < most; k++)
     p.t[k] = 2 * x * p.t[k - 1] - p.t[k - 2];
   if (!slope)
     return p;
   /* T_k' = 2 T_(k-1) + 2 x T_(k-1)' - T_(k-2)' */
   *slope = (polynomials){{0, scale}};
-  for (int k = 2; k < flow->used; k++)
+  for (int k = 2; k < most; k++)
     slope->t[k] = 2 * scale * p.t[k - 1] + 2 * x * slope->t[k - 1] - slope->t[k - 2];
   return p;
 }
 
-/* The series of neighbouring channels. */
+/* The series of neighbouring channels, of weights or of places. */
 static void add_up(const zs_flow *flow, size_t interval, const polynomials *p, size_t channel,
-                   size_t count, double *restrict value)
+                   size_t count, bool places, double *restrict value)
 {
   const double *c = flow->table + interval * ZS_FLOW_ORDER * flow->channels + channel;
   memset(value, 0, count * sizeof *value);
-  for (int k = 0; k < flow->used; k++, c += flow->channels) {
+  for (int k = 0; k < flow->used[places]; k++, c += flow->channels) {
     const double t = p->t[k];
 #pragma omp simd
     for (size_t i = 0; i < count; i++)
@@ -64,10 +65,10 @@ static void fill(const zs_flow *flow, int component, size_t interval, const poly
                  zs_flow_state *state)
 {
   const size_t n = flow->centres, own = (size_t)component * (n + 3);
-  add_up(flow, interval, p, own, n, state->weight);
-  add_up(flow, interval, p, own + n, 3, state->polynomial);
-  add_up(flow, interval, p, 2 * n + 6, n, state->x);
-  add_up(flow, interval, p, 3 * n + 6, n, state->y);
+  add_up(flow, interval, p, own, n, false, state->weight);
+  add_up(flow, interval, p, own + n, 3, false, state->polynomial);
+  add_up(flow, interval, p, 2 * n + 6, n, true, state->x);
+  add_up(flow, interval, p, 3 * n + 6, n, true, state->y);
 }
 
 void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *value,
@@ -111,31 +112,31 @@ double zs_flow_value(const zs_flow *flow, int component, const double at[3], dou
 
 /* ---- Bounds ---------------------------------------------------------------------- */
 
-/* The largest |r^2 log r| and |r (2 log r + 1)| for 0 <= r <= R. */
-static double most_value(double r)
+/* What is known of r^2 log r within a distance of a place. */
+typedef struct zone {
+  double value, slope; /* the largest |r^2 log r| and |r (2 log r + 1)| */
+  double bend;         /* how far from the tangent plane */
+} zone;
+
+/* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
+ * may pass through 0. */
+static zone zone_around(double away, double step)
 {
-  const double peak = exp(-0.5);
-  return r < peak ? r * r * fabs(log(fmax(r, 1e-300))) : fmax(0.5 / exp(1), r * r * log(r));
+  static const double VALUE_PEAK = 0.6065306597126334, SLOPE_PEAK = 0.22313016014842982;
+  const double far = away + step, near = away - step, l = log(fmax(far, 1e-300));
+  zone z;
+  z.value = far < VALUE_PEAK ? far * far * -l : fmax(VALUE_PEAK * VALUE_PEAK / 2, far * far * l);
+  z.slope = far < SLOPE_PEAK ? far * fabs(2 * l + 1) : fmax(2 * SLOPE_PEAK, far * (2 * l + 1));
+  if (near > 0)
+    z.bend = 0.5 * step * step * (2 * fmax(fabs(log(near)), fabs(l)) + 3);
+  else
+    z.bend = step * step * (fmax(fabs(log(fmax(step, 1e-300))), fabs(l)) + 3.5);
+  return z;
 }
 
-static double most_slope(double r)
+static double length(double x, double y)
 {
-  const double peak = exp(-1.5);
-  return r < peak ? r * fabs(2 * log(fmax(r, 1e-300)) + 1)
-                  : fmax(2 * peak, r * (2 * log(r) + 1));
-}
-
-/* What r^2 log r may differ from its tangent plane at a distance `away` from 0, within
- * `step` of there: the integral of its second derivatives, at most |2 log r| + 3, along the
- * way, which may pass through 0. */
-static double most_bend(double away, double step)
-{
-  const double far = away + step, near = away - step;
-  const double any = step * step *
-                     (fmax(fabs(log(fmax(step, 1e-300))), fabs(log(fmax(far, 1e-300)))) + 3.5);
-  if (near <= 0)
-    return any;
-  return fmin(any, 0.5 * step * step * (2 * fmax(fabs(log(near)), fabs(log(far))) + 3));
+  return sqrt(x * x + y * y);
 }
 
 /* The tangent at the middle, and what second derivatives can add: of the radial functions
@@ -158,13 +159,12 @@ void zs_flow_bounds(const zs_flow *flow, int component, const double lo[3], cons
   zs_flow_state v;
   zs_flow_at(flow, component, at[2], &v, NULL);
   for (size_t i = 0; i < n; i++) {
-    const double away = hypot(at[0] - v.x[i], at[1] - v.y[i]);
-    const double step = hypot(r[0] + px[i].first * r[2], r[1] + py[i].first * r[2]);
-    const double far = away + step, steep = most_slope(far);
-    beyond += weight[i].value * (most_bend(away, step) +
-                                 steep * r[2] * r[2] / 2 * (px[i].second + py[i].second)) +
-              weight[i].first * r[2] * steep * step +
-              weight[i].second * r[2] * r[2] / 2 * most_value(far);
+    const double step = length(r[0] + px[i].first * r[2], r[1] + py[i].first * r[2]);
+    const zone z = zone_around(length(at[0] - v.x[i], at[1] - v.y[i]), step);
+    beyond += weight[i].value *
+                (z.bend + z.slope * r[2] * r[2] / 2 * (px[i].second + py[i].second)) +
+              weight[i].first * r[2] * z.slope * step +
+              weight[i].second * r[2] * r[2] / 2 * z.value;
   }
   /* Between intervals the channels step by what they are off. */
   const double slack = 1e-6 * (1 + fabs(f) + beyond);

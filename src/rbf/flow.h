@@ -53,7 +53,9 @@ typedef struct zs_flow {
   size_t intervals;
   double *ends;  /* of the intervals: intervals + 1 numbers from 0 to 1 */
   double *table; /* by interval, ZS_FLOW_ORDER coefficients of all channels */
-  int used;      /* coefficients that are not next to nothing, in all intervals */
+  /* Coefficients that are not next to nothing, in all intervals: of weights and polynomials,
+   * and of places. */
+  int used[2];
   zs_flow_reach *reach; /* by channel */
 } zs_flow;
 

@@ -13,7 +13,7 @@ enum {
   TERMS = 3            /* of the polynomial */
 };
 
-/* What the last two coefficients of an interval may be, by the largest channel. */
+/* What the last two coefficients of an interval may be, by the largest. */
 static const double TAIL = 1e-9;
 /* Anchors whose extent across is less than this are on a line; the size is 1. */
 static const double FLAT = 0.02;
@@ -273,25 +273,36 @@ static void transform(const maker *m, double *coefficients)
     }
 }
 
-/* The largest coefficient of any channel from k on. */
-static double largest(const zs_flow *flow, const double *coefficients, int k)
+/* The largest coefficient from the k-th on, of places or of the other channels. */
+static double largest(const zs_flow *flow, const double *coefficients, int k, bool places)
 {
+  const size_t split = flow->channels - 2 * flow->centres;
+  const size_t first = places ? split : 0, end = places ? flow->channels : split;
   double most = 0;
-  for (size_t i = (size_t)k * flow->channels; i < ZS_FLOW_ORDER * flow->channels; i++)
-    if (!(fabs(coefficients[i]) <= most))
-      most = isnan(coefficients[i]) ? INFINITY : fabs(coefficients[i]);
+  for (; k < ZS_FLOW_ORDER; k++)
+    for (size_t i = first; i < end; i++) {
+      const double c = fabs(coefficients[(size_t)k * flow->channels + i]);
+      if (!(c <= most))
+        most = isnan(c) ? INFINITY : c;
+    }
   return most;
 }
 
-/* Whether the series has ended before its last two terms; notes where it does.  Weights are
- * by far the largest channels, and the others are as exact as they. */
+/* Whether the series have ended before their last two terms; notes where they do. */
 static bool is_smooth(zs_flow *flow, const double *coefficients)
 {
-  const double most = largest(flow, coefficients, 0), little = TAIL * fmax(most, 1);
-  if (isinf(most) || largest(flow, coefficients, ZS_FLOW_ORDER - 2) > little)
-    return false;
-  while (flow->used < ZS_FLOW_ORDER && largest(flow, coefficients, flow->used) > little / 10)
-    flow->used++;
+  double little[2];
+  for (int places = 0; places < 2; places++) {
+    const double most = largest(flow, coefficients, 0, places);
+    little[places] = TAIL * fmax(most, 1);
+    if (isinf(most) ||
+        largest(flow, coefficients, ZS_FLOW_ORDER - 2, places) > little[places])
+      return false;
+  }
+  for (int places = 0; places < 2; places++)
+    while (flow->used[places] < ZS_FLOW_ORDER &&
+           largest(flow, coefficients, flow->used[places], places) > little[places] / 10)
+      flow->used[places]++;
   return true;
 }
 
@@ -375,7 +386,7 @@ static bool find_reach(zs_flow *flow)
     const size_t interval = i / flow->channels, channel = i % flow->channels;
     const double scale = 2 / (flow->ends[interval + 1] - flow->ends[interval]);
     zs_flow_reach sum = {0, 0, 0}, *reach = &flow->reach[channel];
-    for (int k = 0; k < flow->used; k++) {
+    for (int k = 0; k < flow->used[channel >= flow->channels - 2 * flow->centres]; k++) {
       const size_t row = interval * ZS_FLOW_ORDER + (size_t)k;
       const double c = fabs(flow->table[row * flow->channels + channel]);
       sum.value += c;
@@ -427,7 +438,7 @@ zs_flow_result zs_flow_new(zs_flow **flow, const zs_flow_path *paths, size_t cou
   maker m = {.way = way, .flow = calloc(1, sizeof *m.flow)};
   zs_flow_result result = ZS_FLOW_MEMORY;
   if (m.flow) {
-    m.flow->used = 2;
+    m.flow->used[0] = m.flow->used[1] = 2;
     measure(m.flow, paths, count);
     if (take_paths(&m, paths, count)) {
       m.helpers = need_helpers(&m);

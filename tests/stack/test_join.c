@@ -70,7 +70,7 @@ static double ball(double x, double y, double z)
 }
 
 /* Two legs that meet. */
-static double fork(double x, double y, double z)
+static double legs(double x, double y, double z)
 {
   const double away = z < 0 ? -z / 2 : 0;
   return 7 - fmin(hypot(x - 18 - away, y - 17), hypot(x - 18 + away, y - 17));
@@ -97,7 +97,7 @@ static const struct {
 static void test_signs(void **unused)
 {
   (void)unused;
-  solid *const solids[] = {ball, fork, noise, dot};
+  solid *const solids[] = {ball, legs, noise, dot};
   for (int f = 0; f < 4; f++)
     for (int l = 0; l < 4; l++)
       for (int method = ZS_JOIN_AUTO; method < ZS_JOIN_VARIATIONAL; method++) {
@@ -143,7 +143,7 @@ static void test_is_smooth(void **unused)
   (void)unused;
   double jump[2] = {0, 0};
   for (int method = 0; method < 2; method++) {
-    zs_slices s = slices_of(fork, EVEN, 7, true);
+    zs_slices s = slices_of(legs, EVEN, 7, true);
     zs_joined j = join(&s, method ? ZS_JOIN_VARIATIONAL : ZS_JOIN_LINEAR);
     for (double angle = 0; angle < 6.28; angle += 0.1) {
       const double x = 18 + 7 * cos(angle), y = 17 + 7 * sin(angle), h = 1e-3;
@@ -271,7 +271,7 @@ static void test_no_islands(void **unused)
 static void test_threads(void **unused)
 {
   (void)unused;
-  zs_slices s = slices_of(fork, UNEVEN, 7, false);
+  zs_slices s = slices_of(legs, UNEVEN, 7, false);
   zs_joined j[2];
   for (int k = 0; k < 2; k++) {
     zs_control control;
