@@ -239,6 +239,27 @@ static void bare_points_get_normals(void **state)
   zs_field_unref(field);
 }
 
+/* One point with a normal is a half-space, three are; normals of 0 0 0 are as if there were none. */
+static void few_and_empty_normals_do(void **state)
+{
+  (void)state;
+  write_text("one.xyz", "0 0 1  0 0 2\n");
+  write_text("three.xyz", "0 0 1  0 0 1\n1 0 1  0 0 1\n0 1 1  0 0 1\n");
+  static const char *const scenes[] = {"<variational><points src='one.xyz'/></variational>",
+                                       "<variational><points src='three.xyz'/></variational>"};
+  for (int s = 0; s < 2; s++)
+    for (double z = 0; z < 2; z += 0.3)
+      assert_true(fabs(value_in(scenes[s], 0.3, 0.2, z) - (1 - z)) < 1e-6);
+  FILE *file = create("zero.xyz");
+  for (int i = 0; i < 300; i++) {
+    const double z = 1 - (2 * i + 1) / 300.0, r = sqrt(1 - z * z), a = 2.399963229728653 * i;
+    fprintf(file, "%.17g %.17g %.17g 0 0 0\n", r * cos(a), r * sin(a), z);
+  }
+  assert_int_equal(fclose(file), 0);
+  assert_true(fabs(value_in("<variational><points src='zero.xyz'/></variational>", 0, 0.9, 0) -
+                   0.1) < 0.01);
+}
+
 /* The points of a fit are told where they are in the scene. */
 static void fitted_points_are_told(void **state)
 {
@@ -358,6 +379,14 @@ static void mistakes_are_explained(void **state)
     {"<variational>\n<image src='black.png' level='0'/></variational>", "", 3, ZS_ERROR_SCHEMA},
     {"<variational>\n<points src='one.xyz'/></variational>", "1 points are too few", 2,
      ZS_ERROR_GEOMETRY},
+    {"<variational>\n<points src='two.xyz'/></variational>", "2 points are too few", 2,
+     ZS_ERROR_GEOMETRY},
+    {"<variational>\n<points src='three.xyz'/></variational>", "3 points are too few", 2,
+     ZS_ERROR_GEOMETRY},
+    {"<variational>\n<points src='close.xyz'/></variational>", "too close together", 2,
+     ZS_ERROR_UNABLE},
+    {"<variational>\n<mesh src='faceless.obj'/></variational>", "no triangle with an area", 0,
+     ZS_ERROR_GEOMETRY},
     {"<variational>\n<points src='line.xyz'/></variational>", "on one line", 2,
      ZS_ERROR_GEOMETRY},
     {"<variational>\n<points src='same.xyz'/></variational>", "all in one place", 2,
@@ -373,6 +402,11 @@ static void mistakes_are_explained(void **state)
   write_sphere("bare.xyz", 100);
   write_text("shape.svg", "<svg/>");
   write_text("one.xyz", "1 2 3\n");
+  write_text("two.xyz", "1 2 3\n2 2 3\n");
+  write_text("three.xyz", "1 2 3\n2 2 3\n2 3 3\n");
+  write_text("close.xyz", "0 0 0 0\n1 0 0 0.5\n0 1 0 0.2\n0 0 1 0.1\n1 1 1 0.7\n"
+                          "1 1 1.000000002 0.1\n");
+  write_text("faceless.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n");
   FILE *line = create("line.xyz");
   for (int i = 0; i < 20; i++)
     fprintf(line, "%d %d %d\n", i, 2 * i, 3 * i);
@@ -402,6 +436,7 @@ int main(void)
     cmocka_unit_test(pictures_become_shapes),
     cmocka_unit_test(black_pictures_are_caps),
     cmocka_unit_test(bare_points_get_normals),
+    cmocka_unit_test(few_and_empty_normals_do),
     cmocka_unit_test(fitted_points_are_told),
     cmocka_unit_test(budgets_and_tolerances_save_constraints),
     cmocka_unit_test(degrees_are_met_exactly),
