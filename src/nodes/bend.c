@@ -135,7 +135,8 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   zs_value across = farther(compiler, a, c, distance, r);
   if (!whole) { /* along + distance sin beyond; across - distance (1 - cos beyond) */
     zs_value sine = zs_emit(compiler, ZS_FUNCTION_SINE, beyond, 0, 0);
-    zs_value chord = zs_emit(compiler, ZS_FUNCTION_SINE, zs_emit_scaled(compiler, beyond, 0.5), 0, 0);
+    zs_value chord = zs_emit_scaled(compiler, beyond, 0.5);
+    chord = zs_emit(compiler, ZS_FUNCTION_SINE, chord, 0, 0);
     chord = zs_emit_scaled(compiler, zs_emit(compiler, ZS_FUNCTION_SQUARE, chord, 0, 0), 2);
     along = zs_emit(compiler, ZS_FUNCTION_ADD, along,
                     zs_emit(compiler, ZS_FUNCTION_MULTIPLY, distance, sine, 0), 0);

@@ -76,8 +76,8 @@ const zs_kind zs_kind_convex = {
   .name = "convex",
   .family = ZS_FAMILY_PRIMITIVE,
   .summary = "the solid behind all of a number of planes: a convex polyhedron",
-  .doc = "f is the distance to the nearest plane: exact inside and in front of faces, and less than "
-         "the distance in front of edges and corners.",
+  .doc = "f is the distance to the nearest plane: exact inside and in front of faces, and less "
+         "than the distance in front of edges and corners.",
   .trait = "distance bound",
   .parts = parts,
   .children = ZS_CHILDREN_NONE,

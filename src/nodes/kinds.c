@@ -13,8 +13,11 @@ extern const zs_kind zs_kind_extrude, zs_kind_revolve;
 extern const zs_kind zs_kind_union, zs_kind_intersection, zs_kind_difference, zs_kind_complement,
   zs_kind_symmetric_difference;
 extern const zs_kind zs_kind_blend_union, zs_kind_blend_intersection, zs_kind_blend_difference,
-  zs_kind_smooth_union, zs_kind_smooth_intersection, zs_kind_smooth_difference;
-extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_scale_value;
+  zs_kind_smooth_union, zs_kind_smooth_intersection, zs_kind_smooth_difference,
+  zs_kind_bounded_blend, zs_kind_ricci;
+extern const zs_kind zs_kind_soft, zs_kind_convolution;
+extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_scale_value,
+  zs_kind_pinch, zs_kind_normalize, zs_kind_noise;
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
   zs_kind_matrix, zs_kind_stretch, zs_kind_shear, zs_kind_twist, zs_kind_taper, zs_kind_bend,
   zs_kind_slice, zs_kind_map;
@@ -36,6 +39,8 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_quadric,
   &zs_kind_gyroid,
   &zs_kind_convex,
+  &zs_kind_soft,
+  &zs_kind_convolution,
   &zs_kind_formula,
   &zs_kind_empty,
   &zs_kind_everything,
@@ -65,11 +70,16 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_smooth_union,
   &zs_kind_smooth_intersection,
   &zs_kind_smooth_difference,
+  &zs_kind_bounded_blend,
+  &zs_kind_ricci,
   /* Function maps */
   &zs_kind_offset,
   &zs_kind_shell,
   &zs_kind_displace,
   &zs_kind_scale_value,
+  &zs_kind_pinch,
+  &zs_kind_normalize,
+  &zs_kind_noise,
   /* Coordinate maps */
   &zs_kind_translate,
   &zs_kind_rotate,

@@ -2,6 +2,7 @@ zs_sources += \
   src/nodes/affine.c \
   src/nodes/bend.c \
   src/nodes/blend.c \
+  src/nodes/bounded_blend.c \
   src/nodes/box.c \
   src/nodes/capsule.c \
   src/nodes/circle.c \
@@ -10,6 +11,7 @@ zs_sources += \
   src/nodes/cone.c \
   src/nodes/constant.c \
   src/nodes/convex.c \
+  src/nodes/convolution.c \
   src/nodes/curved_polygon.c \
   src/nodes/cylinder.c \
   src/nodes/displace.c \
@@ -35,14 +37,20 @@ zs_sources += \
   src/nodes/kind.h \
   src/nodes/kinds.c \
   src/nodes/map.c \
+  src/nodes/noise.c \
+  src/nodes/normalize.c \
   src/nodes/offset.c \
   src/nodes/outlined.c \
   src/nodes/outlined.h \
   src/nodes/path.c \
+  src/nodes/pinch.c \
   src/nodes/polygon.c \
+  src/nodes/probe.c \
+  src/nodes/probe.h \
   src/nodes/quadric.c \
   src/nodes/rectangle.c \
   src/nodes/revolve.c \
+  src/nodes/ricci.c \
   src/nodes/sample.c \
   src/nodes/sampled.c \
   src/nodes/sampled.h \
@@ -50,9 +58,12 @@ zs_sources += \
   src/nodes/set.c \
   src/nodes/shear.c \
   src/nodes/shell.c \
+  src/nodes/skeletal.c \
+  src/nodes/skeletal.h \
   src/nodes/slab.c \
   src/nodes/slice.c \
   src/nodes/smooth.c \
+  src/nodes/soft.c \
   src/nodes/sphere.c \
   src/nodes/stack.c \
   src/nodes/stack.h \

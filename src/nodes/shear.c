@@ -53,8 +53,8 @@ const zs_kind zs_kind_shear = {
   .name = "shear",
   .family = ZS_FAMILY_COORDINATE_MAP,
   .summary = "the child leaning to a side",
-  .doc = "With the axis z, toward x, the child is evaluated at (x - by z, y, z). f is multiplied by "
-         "the least factor by which the map stretches, 2 / (|by| + sqrt(by^2 + 4)), so that a "
+  .doc = "With the axis z, toward x, the child is evaluated at (x - by z, y, z). f is multiplied "
+         "by the least factor by which the map stretches, 2 / (|by| + sqrt(by^2 + 4)), so that a "
          "distance bound stays one.",
   .trait = "keeps distance bounds",
   .attributes = attributes,

@@ -12,6 +12,8 @@ zs_sources += \
   src/samples/raster.c \
   src/samples/raster.h \
   src/samples/raster_point.h \
+  src/samples/skeleton.c \
+  src/samples/skeleton.h \
   src/samples/transform.c \
   src/samples/transform.h \
   src/samples/triangles.c \
@@ -22,5 +24,6 @@ zs_sources += \
 zs_kernel_sources += \
   src/samples/polygon.kernel.c \
   src/samples/raster.kernel.c \
+  src/samples/skeleton.kernel.c \
   src/samples/triangles.kernel.c \
   src/samples/voxels.kernel.c

@@ -123,11 +123,13 @@ static const struct {
 } sample_bodies[] = {
   {"bounded-blend", "<sphere/><box/><sphere radius='2'/>"},
   {"convex", "<plane normal='0 0 1'/>"},
+  {"convolution", "<segment from='0 0 0' to='1 0 0'/>"},
   {"curved-polygon", "<line to='0 0'/><line to='1 0'/><arc to='0 1' bulge='1'/>"},
   {"extrude", "<circle/>"},
   {"formula", "1 - x"},
   {"interpolate", "<level at='0'><circle/></level><level at='1'><circle/></level>"},
   {"revolve", "<circle/>"},
+  {"soft", "<point/>"},
   {"variational", "<point at='1 0 0' normal='1 0 0'/><point at='-1 0 0' normal='-1 0 0'/>"
                   "<point at='0 1 0' normal='0 1 0'/><point at='0 0 1' normal='0 0 1'/>"},
 };

@@ -7,10 +7,12 @@ zs_tests += \
   tests/nodes/test_interpolate \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
+  tests/nodes/test_maps \
   tests/nodes/test_morph \
   tests/nodes/test_parts \
   tests/nodes/test_path \
   tests/nodes/test_primitives \
+  tests/nodes/test_skeletal \
   tests/nodes/test_solids \
   tests/nodes/test_stack \
   tests/nodes/test_trees \
@@ -45,3 +47,6 @@ tests_nodes_test_deform_SOURCES = \
   tests/nodes/test_deform.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_solids_SOURCES = \
   tests/nodes/test_solids.c tests/nodes/laws.h tests/nodes/build.h
+tests_nodes_test_maps_SOURCES = tests/nodes/test_maps.c tests/nodes/laws.h tests/nodes/build.h
+tests_nodes_test_skeletal_SOURCES = \
+  tests/nodes/test_skeletal.c tests/nodes/laws.h tests/nodes/build.h

@@ -44,6 +44,14 @@ static inline void random_polygon(zs_arena *arena, zs_node *node, uint64_t *stat
   set_numbers(arena, node, "points", points, 2 * count);
 }
 
+static inline void random_triangle(zs_arena *arena, zs_node *node, uint64_t *state)
+{
+  double points[9];
+  for (int i = 0; i < 9; i++)
+    points[i] = random_between(state, -1.5, 1.5);
+  set_numbers(arena, node, "points", points, 9);
+}
+
 static inline void random_matrix(zs_arena *arena, zs_node *node, uint64_t *state)
 {
   double values[12];
@@ -86,6 +94,8 @@ static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_att
     choose(node, attribute->name, attribute->choices[random_below(state, n)]);
   } else if (attribute->type == ZS_FORMULA) {
     random_formula(arena, node, attribute, state);
+  } else if (!strcmp(node->kind->name, "triangle")) {
+    random_triangle(arena, node, state);
   } else if (!strcmp(attribute->name, "points")) {
     random_polygon(arena, node, state);
   } else if (!strcmp(attribute->name, "values")) {

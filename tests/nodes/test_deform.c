@@ -74,8 +74,8 @@ static void test_bend_limits(void **unused)
   check_law(EQUAL, "the other side",
             wrap(A, bend(A, 2, 0, -20), solid),
             wrap(A, set3(node_named(A, "mirror"), "normal", 1, 0, 0),
-                 wrap(A, bend(A, 2, 0, 20), wrap(A, set3(node_named(A, "mirror"), "normal", 1, 0, 0),
-                                                 solid))));
+                 wrap(A, bend(A, 2, 0, 20),
+                      wrap(A, set3(node_named(A, "mirror"), "normal", 1, 0, 0), solid))));
   /* A rod of the right length closes to a ring. */
   const double radius = 1.25, middle[3] = {radius, 0, 0};
   zs_node *rod = set(node_named(A, "cylinder"), "radius", 0.4);
@@ -98,7 +98,8 @@ static void test_bend_precision(void **unused)
     zs_node *node = set(set(bend(&arena, 2, 0, rate), "min", -1), "max", 1);
     zs_eval *eval = compiled(wrap(&arena, node, solid));
     for (int i = 0; i < 200; i++) {
-      const float x = (float)random_between(&state, -2, 2), z = (float)random_between(&state, -2, 2);
+      const float x = (float)random_between(&state, -2, 2);
+      const float z = (float)random_between(&state, -2, 2);
       float f;
       zs_eval_values(eval, NULL, 1, &x, &x, &z, &f);
       assert_true(fabs(f - value_at(eval, x, x, z)) < 3e-6);

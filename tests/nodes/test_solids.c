@@ -29,7 +29,8 @@ static void test_superellipsoid(void **unused)
   zs_eval *eval = compiled(superellipsoid(A, 0.01, 0.01));
   uint64_t state = 8;
   for (int i = 0; i < 1000; i++) {
-    const float x = (float)random_between(&state, -50, 50), y = (float)random_between(&state, -5, 5);
+    const float x = (float)random_between(&state, -50, 50);
+    const float y = (float)random_between(&state, -5, 5);
     const float z = (float)random_between(&state, -3, 3);
     float f;
     zs_eval_values(eval, NULL, 1, &x, &y, &z, &f);

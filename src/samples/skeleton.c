@@ -1,0 +1,417 @@
+#include "samples/skeleton.h"
+
+#include <math.h>
+
+/* A region keeps its own parts when they are no more than this share of all. */
+static const double MOST_LOCAL = 0.75;
+
+/* ---- Vectors ------------------------------------------------------------------ */
+
+static double dot(const double a[3], const double b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void difference(const double a[3], const double b[3], double c[3])
+{
+  for (int k = 0; k < 3; k++)
+    c[k] = a[k] - b[k];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+  for (int k = 0; k < 3; k++)
+    c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* ---- Distances ------------------------------------------------------------------ */
+
+/* From the nearest point of the segment ab to x; the square of its length. */
+static double from_segment(const double a[3], const double b[3], const double x[3], double way[3])
+{
+  double ab[3], ax[3];
+  difference(b, a, ab);
+  difference(x, a, ax);
+  const double length2 = dot(ab, ab);
+  double t = length2 > 0 ? dot(ax, ab) / length2 : 0;
+  t = t < 0 ? 0 : t > 1 ? 1 : t;
+  for (int k = 0; k < 3; k++)
+    way[k] = ax[k] - t * ab[k];
+  return dot(way, way);
+}
+
+/* The same for a triangle: its plane where the foot is inside, and else its sides. */
+static double from_triangle(const zs_skeleton_piece *piece, const double x[3], double way[3])
+{
+  const double(*corner)[3] = piece->corner;
+  double side[3][3], normal[3], ax[3], in_plane[3];
+  for (int i = 0; i < 3; i++)
+    difference(corner[(i + 1) % 3], corner[i], side[i]);
+  cross(side[0], side[1], normal);
+  const double area2 = dot(normal, normal);
+  bool inside = area2 > 0;
+  for (int i = 0; i < 3 && inside; i++) {
+    difference(x, corner[i], ax);
+    cross(side[i], ax, in_plane);
+    inside = dot(in_plane, normal) >= 0;
+  }
+  if (inside) {
+    difference(x, corner[0], ax);
+    const double across = dot(ax, normal) / area2;
+    for (int k = 0; k < 3; k++)
+      way[k] = across * normal[k];
+    return dot(way, way);
+  }
+  double least = INFINITY;
+  for (int i = 0; i < 3; i++) {
+    double other[3];
+    const double d2 = from_segment(corner[i], corner[(i + 1) % 3], x, other);
+    if (d2 < least) {
+      least = d2;
+      for (int k = 0; k < 3; k++)
+        way[k] = other[k];
+    }
+  }
+  return least;
+}
+
+static double from_piece(const zs_skeleton_piece *piece, const double x[3], double way[3])
+{
+  if (piece->shape == ZS_SKELETON_TRIANGLE)
+    return from_triangle(piece, x, way);
+  return from_segment(piece->corner[0], piece->corner[piece->shape - 1], x, way);
+}
+
+/* From the nearest piece of a part. */
+static double from_part(const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                        const double x[3], double way[3])
+{
+  double least = INFINITY, other[3];
+  for (uint32_t i = 0; i < part->count; i++) {
+    const double d2 = from_piece(&skeleton->pieces[part->first + i], x, other);
+    if (d2 < least) {
+      least = d2;
+      for (int k = 0; k < 3; k++)
+        way[k] = other[k];
+    }
+  }
+  return least;
+}
+
+/* ---- Fields that fall off with the distance ---------------------------------------- */
+
+/* By q = u^2, and the derivative by q. */
+static double falloff(zs_skeleton_field field, double q, double *slope)
+{
+  *slope = 0;
+  if (q >= 1 && field != ZS_SKELETON_BLINN)
+    return 0;
+  const double rest = 1 - q, u = sqrt(q);
+  switch (field) {
+  case ZS_SKELETON_WYVILL:
+    *slope = (-22 + 34 * q - 12 * q * q) / 9;
+    return 1 + q * (-22 + q * (17 - 4 * q)) / 9;
+  case ZS_SKELETON_BLOBTREE:
+    *slope = -3 * rest * rest;
+    return rest * rest * rest;
+  case ZS_SKELETON_METABALL:
+    *slope = q <= 1.0 / 9 ? -3 : -1.5 * (1 - u) / u;
+    return q <= 1.0 / 9 ? 1 - 3 * q : 1.5 * (1 - u) * (1 - u);
+  default:
+    *slope = -4 * 0.69314718055994531 * exp2(-4 * q);
+    return exp2(-4 * q);
+  }
+}
+
+/* ---- The Cauchy kernel, integrated --------------------------------------------------
+ *
+ * In units of the radius.  With D^2 = 1 + distance^2 from a line, the integral along it of
+ * 1 / (D^2 + t^2)^2 is G, of its derivative by D^2 -2 H:
+ *   I = atan (t / D) / D,  G = t / (2 D^2 (D^2 + t^2)) + I / (2 D^2),
+ *   H = t / (4 D^2 (D^2 + t^2)^2) + 3 G / (4 D^2).
+ * Over a plane figure the divergence theorem makes of the integral one along its sides (the
+ * closed form of McCormack and Sherstyuk, by side, and right for every width). */
+
+typedef struct along {
+  double i, g, h;
+} along;
+
+/* From t1 to t2. */
+static along integrals(double d2, double t1, double t2)
+{
+  const double d = sqrt(d2), r1 = 1 / (d2 + t1 * t1), r2 = 1 / (d2 + t2 * t2);
+  along a;
+  a.i = (atan(t2 / d) - atan(t1 / d)) / d;
+  a.g = (t2 * r2 - t1 * r1 + a.i) / (2 * d2);
+  a.h = (t2 * r2 * r2 - t1 * r1 * r1 + 3 * a.g) / (4 * d2);
+  return a;
+}
+
+static double cauchy_point(const double x[3], double slope[3])
+{
+  const double r = 1 / (1 + dot(x, x));
+  for (int k = 0; k < 3; k++)
+    slope[k] = -4 * r * r * r * x[k];
+  return r * r;
+}
+
+/* x: from the segment's first point; ab: along it. */
+static double cauchy_segment(const double x[3], const double ab[3], double slope[3])
+{
+  const double length = sqrt(dot(ab, ab));
+  slope[0] = slope[1] = slope[2] = 0;
+  if (!(length > 0))
+    return 0;
+  const double at = dot(x, ab) / length;
+  double way[3];
+  for (int k = 0; k < 3; k++)
+    way[k] = x[k] - at / length * ab[k];
+  const double d2 = 1 + dot(way, way), t1 = -at, t2 = length - at;
+  const along a = integrals(d2, t1, t2);
+  const double r1 = 1 / (d2 + t1 * t1), r2 = 1 / (d2 + t2 * t2);
+  for (int k = 0; k < 3; k++)
+    slope[k] = -4 * a.h * way[k] + (r1 * r1 - r2 * r2) * ab[k] / length;
+  return a.g;
+}
+
+/* x: the corners, from the point. */
+static double cauchy_triangle(const double x[3][3], double slope[3])
+{
+  double side[3][3], normal[3], flux = 0, flux_slope = 0;
+  for (int i = 0; i < 3; i++)
+    difference(x[(i + 1) % 3], x[i], side[i]);
+  cross(side[0], side[1], normal);
+  const double area = sqrt(dot(normal, normal));
+  slope[0] = slope[1] = slope[2] = 0;
+  if (!(area > 0))
+    return 0;
+  for (int k = 0; k < 3; k++)
+    normal[k] /= area;
+  const double height = -dot(x[0], normal), q = 1 + height * height;
+  for (int i = 0; i < 3; i++) {
+    const double length = sqrt(dot(side[i], side[i]));
+    double outward[3];
+    cross(side[i], normal, outward);
+    const double t1 = dot(x[i], side[i]) / length, out = dot(x[i], outward) / length;
+    const along a = integrals(q + out * out, t1, t1 + length);
+    flux += out * a.i;
+    flux_slope += out * (a.i / q + a.g);
+    for (int k = 0; k < 3; k++)
+      slope[k] -= a.g * outward[k] / length;
+  }
+  for (int k = 0; k < 3; k++)
+    slope[k] -= height * flux_slope / q * normal[k];
+  return flux / (2 * q);
+}
+
+/* The slope is in units of the radius too. */
+static double cauchy(const zs_skeleton_piece *piece, double radius, const double at[3],
+                     double slope[3])
+{
+  double x[3][3], from[3], ab[3];
+  for (int i = 0; i < (int)piece->shape; i++)
+    for (int k = 0; k < 3; k++)
+      x[i][k] = (piece->corner[i][k] - at[k]) / radius;
+  for (int k = 0; k < 3; k++)
+    from[k] = -x[0][k];
+  if (piece->shape == ZS_SKELETON_POINT)
+    return cauchy_point(from, slope);
+  if (piece->shape == ZS_SKELETON_TRIANGLE)
+    return cauchy_triangle((const double(*)[3])x, slope);
+  difference(x[1], x[0], ab);
+  return cauchy_segment(from, ab, slope);
+}
+
+/* Lengths and areas are in scene units: the integral over u is 1 / radius or 1 / radius^2 of
+ * that over the skeleton. */
+static double measure_unit(const zs_skeleton_piece *piece, double radius)
+{
+  return piece->shape == ZS_SKELETON_POINT     ? 1
+         : piece->shape == ZS_SKELETON_SEGMENT ? radius
+                                               : radius * radius;
+}
+
+/* ---- Parts ------------------------------------------------------------------------------ */
+
+double zs_skeleton_value(const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                         const double at[3], double slope[3])
+{
+  double own[3] = {0}, value = 0;
+  if (skeleton->field == ZS_SKELETON_CAUCHY) {
+    for (uint32_t i = 0; i < part->count; i++) {
+      const zs_skeleton_piece *piece = &skeleton->pieces[part->first + i];
+      const double unit = part->weight * measure_unit(piece, part->radius);
+      double by[3];
+      value += unit * cauchy(piece, part->radius, at, by);
+      for (int k = 0; k < 3; k++)
+        own[k] += unit * by[k] / part->radius;
+    }
+  } else {
+    double way[3] = {0}, by;
+    const double r2 = part->radius * part->radius;
+    const double q = from_part(skeleton, part, at, way) / r2;
+    value = part->weight * falloff(skeleton->field, q, &by);
+    for (int k = 0; k < 3; k++)
+      own[k] = part->weight * by * 2 * way[k] / r2;
+  }
+  if (slope)
+    for (int k = 0; k < 3; k++)
+      slope[k] = own[k];
+  return value;
+}
+
+/* Length of a segment, area of a triangle, 1 of a point. */
+static double measure_of(const zs_skeleton_piece *piece)
+{
+  double ab[3], ac[3], normal[3];
+  if (piece->shape == ZS_SKELETON_POINT)
+    return 1;
+  difference(piece->corner[1], piece->corner[0], ab);
+  if (piece->shape == ZS_SKELETON_SEGMENT)
+    return sqrt(dot(ab, ab));
+  difference(piece->corner[2], piece->corner[0], ac);
+  cross(ab, ac, normal);
+  return sqrt(dot(normal, normal)) / 2;
+}
+
+void zs_skeleton_measure(const zs_skeleton_piece *pieces, zs_skeleton_part *part)
+{
+  for (int k = 0; k < 3; k++) {
+    part->lo[k] = INFINITY;
+    part->hi[k] = -INFINITY;
+  }
+  part->measure = 0;
+  for (uint32_t i = 0; i < part->count; i++) {
+    part->measure += measure_of(&pieces[part->first + i]);
+    for (int j = 0; j < (int)pieces[part->first + i].shape; j++)
+      for (int k = 0; k < 3; k++) {
+        const double x = pieces[part->first + i].corner[j][k];
+        part->lo[k] = x < part->lo[k] ? x : part->lo[k];
+        part->hi[k] = x > part->hi[k] ? x : part->hi[k];
+      }
+  }
+}
+
+double zs_skeleton_reach(zs_skeleton_field field, const zs_skeleton_part *part, double least)
+{
+  if (!(least > 0))
+    return field == ZS_SKELETON_BLINN || field == ZS_SKELETON_CAUCHY ? INFINITY : part->radius;
+  const double share = least / fabs(part->weight);
+  if (field == ZS_SKELETON_CAUCHY) /* as if all of it were nearest */
+    return share < part->measure ? part->radius * sqrt(sqrt(part->measure / share) - 1) : 0;
+  if (field == ZS_SKELETON_BLINN)
+    return share < 1 ? part->radius * sqrt(-log2(share) / 4) : 0;
+  return part->radius;
+}
+
+/* ---- Ranges -------------------------------------------------------------------------------- */
+
+/* The distance between a box and a part's. */
+static double gap_between(const zs_skeleton_part *part, const double lo[3], const double hi[3])
+{
+  double gap2 = 0;
+  for (int k = 0; k < 3; k++) {
+    const double below = part->lo[k] - hi[k], above = lo[k] - part->hi[k];
+    const double d = below > 0 ? below : above > 0 ? above : 0;
+    gap2 += d * d;
+  }
+  return sqrt(gap2);
+}
+
+/* What a piece's field is over a ball about `middle`: no more than if all of it were nearest,
+ * no less than if it were farthest, and no farther from its value in the middle than its
+ * steepest slope takes it. */
+static void cauchy_range(const zs_skeleton_piece *piece, double radius, const double middle[3],
+                         double size, double range[2])
+{
+  double way[3], slope[3], far = 0;
+  const double near = sqrt(from_piece(piece, middle, way)), s = 1 / radius;
+  for (int i = 0; i < (int)piece->shape; i++) {
+    difference(piece->corner[i], middle, way);
+    far = fmax(far, dot(way, way));
+  }
+  const double measure = measure_of(piece);
+  const double least = s * fmax(near - size, 0), most = s * (sqrt(far) + size);
+  const double steep = fmax(least, sqrt(0.2));
+  const double change =
+    measure * size * s * 4 * steep / pow(1 + steep * steep, 3) * (1 + 1e-9);
+  const double value = measure_unit(piece, radius) * cauchy(piece, radius, middle, slope);
+  range[0] = fmax(value - change, measure / pow(1 + most * most, 2));
+  range[1] = fmin(value + change, measure / pow(1 + least * least, 2));
+}
+
+void zs_skeleton_range(const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                       const double lo[3], const double hi[3], double range[2])
+{
+  double middle[3], size2 = 0, way[3], slope;
+  const double gap = gap_between(part, lo, hi);
+  range[0] = range[1] = 0;
+  if (gap >= zs_skeleton_reach(skeleton->field, part, 0))
+    return;
+  for (int k = 0; k < 3; k++) {
+    middle[k] = lo[k] + (hi[k] - lo[k]) / 2;
+    size2 += (hi[k] - middle[k]) * (hi[k] - middle[k]);
+  }
+  const double size = sqrt(size2);
+  if (skeleton->field == ZS_SKELETON_CAUCHY) {
+    for (uint32_t i = 0; i < part->count; i++) {
+      double own[2];
+      cauchy_range(&skeleton->pieces[part->first + i], part->radius, middle, size, own);
+      range[0] += own[0];
+      range[1] += own[1];
+    }
+  } else {
+    const double distance = sqrt(from_part(skeleton, part, middle, way));
+    const double near = fmax(gap, distance - size) / part->radius;
+    const double far = (distance + size) / part->radius;
+    range[0] = falloff(skeleton->field, far * far, &slope);
+    range[1] = falloff(skeleton->field, near * near, &slope);
+  }
+  const double a = range[0] * part->weight, b = range[1] * part->weight;
+  range[0] = a < b ? a : b;
+  range[1] = a < b ? b : a;
+}
+
+/* ---- The operation ------------------------------------------------------------- */
+
+static double reference(const void *data, const double in[])
+{
+  const zs_skeleton *skeleton = data;
+  double sum = 0;
+  for (uint32_t i = 0; i < skeleton->part_count; i++)
+    sum += zs_skeleton_value(skeleton, &skeleton->parts[i], in, NULL);
+  return sum;
+}
+
+static const void *restricted(const void *data, const float lo[], const float hi[],
+                              zs_arena *arena)
+{
+  const zs_skeleton *skeleton = data;
+  const double low[3] = {lo[0], lo[1], lo[2]}, high[3] = {hi[0], hi[1], hi[2]};
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < skeleton->part_count; i++)
+    count += !(gap_between(&skeleton->parts[i], low, high) >=
+               zs_skeleton_reach(skeleton->field, &skeleton->parts[i], 0));
+  if (count > MOST_LOCAL * skeleton->part_count)
+    return skeleton;
+  zs_skeleton *local = ZS_ARENA_NEW(arena, zs_skeleton, 1);
+  zs_skeleton_part *parts = ZS_ARENA_NEW(arena, zs_skeleton_part, count + 1);
+  if (!local || !parts)
+    return skeleton;
+  *local = *skeleton;
+  local->parts = parts;
+  local->part_count = 0;
+  for (uint32_t i = 0; i < skeleton->part_count; i++)
+    if (!(gap_between(&skeleton->parts[i], low, high) >=
+          zs_skeleton_reach(skeleton->field, &skeleton->parts[i], 0)))
+      parts[local->part_count++] = skeleton->parts[i];
+  return local;
+}
+
+ZS_DEFINE_KERNEL_TABLE(zs_skeleton_kernels)
+
+const zs_operation zs_skeleton_operation = {.name = "skeleton",
+                                            .arity = 3,
+                                            .kernels = zs_skeleton_kernels_table,
+                                            .reference = reference,
+                                            .restricted = restricted};

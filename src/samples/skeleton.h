@@ -1,0 +1,66 @@
+/* Fields about skeletons: sums over points, segments, polylines and triangles of a value
+ * that falls off with the distance (soft objects, blobs, metaballs), or of the Cauchy kernel
+ * integrated over the skeleton (convolution surfaces).  An operation on x, y and z; a region
+ * keeps the parts whose fields reach it. */
+#ifndef ZS_SKELETON_H
+#define ZS_SKELETON_H
+
+#include "field/operation.h"
+
+/* By u = distance / radius. */
+typedef enum zs_skeleton_field {
+  ZS_SKELETON_WYVILL,   /* 1 - 22/9 u^2 + 17/9 u^4 - 4/9 u^6 up to 1, then 0 */
+  ZS_SKELETON_BLOBTREE, /* (1 - u^2)^3 up to 1, then 0 */
+  ZS_SKELETON_BLINN,    /* 2^(-4 u^2) */
+  ZS_SKELETON_METABALL, /* 1 - 3 u^2 up to 1/3, 3/2 (1 - u)^2 up to 1, then 0 */
+  ZS_SKELETON_CAUCHY    /* the integral of 1 / (1 + u^2)^2 over the skeleton */
+} zs_skeleton_field;
+
+typedef enum zs_skeleton_shape {
+  ZS_SKELETON_POINT = 1,
+  ZS_SKELETON_SEGMENT = 2,
+  ZS_SKELETON_TRIANGLE = 3
+} zs_skeleton_shape; /* the number of corners */
+
+typedef struct zs_skeleton_piece {
+  double corner[3][3];
+  zs_skeleton_shape shape;
+} zs_skeleton_piece;
+
+/* Pieces whose nearest one counts (their sum, for ZS_SKELETON_CAUCHY). */
+typedef struct zs_skeleton_part {
+  double radius, weight;
+  uint32_t first, count;  /* pieces */
+  double measure;         /* of all of them: 1 a point, lengths of segments, areas */
+  double lo[3], hi[3];    /* the box of the pieces */
+} zs_skeleton_part;
+
+/* Immutable. */
+typedef struct zs_skeleton {
+  zs_skeleton_field field;
+  uint32_t part_count;
+  const zs_skeleton_part *parts;
+  const zs_skeleton_piece *pieces;
+} zs_skeleton;
+
+/* Find the box and the measure of a part's pieces. */
+void zs_skeleton_measure(const zs_skeleton_piece *pieces, zs_skeleton_part *part);
+
+/* Distance from a part's pieces from which on its field is no larger than `least`: for 0,
+ * where it ends, infinite if it does not. */
+double zs_skeleton_reach(zs_skeleton_field field, const zs_skeleton_part *part, double least);
+
+/* The field of one part at a point, and unless `slope` is NULL its derivatives. */
+double zs_skeleton_value(const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                         const double at[3], double slope[3]);
+
+/* An enclosure of the field of one part over a box. */
+void zs_skeleton_range(const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                       const double lo[3], const double hi[3], double range[2]);
+
+/* Inputs x, y and z; data: a zs_skeleton that lives as long as the field. */
+extern const zs_operation zs_skeleton_operation;
+
+ZS_DECLARE_KERNELS(zs_skeleton_kernels)
+
+#endif
