@@ -54,9 +54,10 @@ typedef struct zs_choice {
 } zs_choice;
 
 /* What one instruction works on: `n` points, a multiple of ZS_LANES.  Pointers
- * are aligned to 64 bytes; the output may be one of the inputs.  With gradients
- * every pointer leads to four rows of ZS_BLOCK floats: the value, and its
- * derivatives by the frame's three coordinates. */
+ * are aligned to 64 bytes; the output may be one of the inputs.  There may be more than
+ * ZS_BLOCK points, but not with gradients, nor for operations with a regional form.
+ * With gradients every pointer leads to four rows of ZS_BLOCK floats: the value, and
+ * its derivatives by the frame's three coordinates. */
 typedef struct zs_block_arguments {
   const void *data;
   const zs_frame *frame;

@@ -11,7 +11,7 @@ static double clamped(double s)
   return s < 0 ? 0 : s > 1 ? 1 : s;
 }
 
-static size_t interval_of(const zs_flow *flow, double s)
+size_t zs_flow_interval(const zs_flow *flow, double s)
 {
   size_t below = 0, above = flow->intervals;
   while (above - below > 1) {
@@ -74,7 +74,7 @@ static void fill(const zs_flow *flow, int component, size_t interval, const poly
 void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *value,
                 zs_flow_state *slope)
 {
-  const size_t interval = interval_of(flow, s);
+  const size_t interval = zs_flow_interval(flow, s);
   polynomials slopes;
   const polynomials values = polynomials_at(flow, interval, s, slope ? &slopes : NULL);
   fill(flow, component, interval, &values, value);

@@ -100,6 +100,9 @@ typedef struct zs_flow_state {
 void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *value,
                 zs_flow_state *slope);
 
+/* Which of the intervals holds s, which is between 0 and 1. */
+size_t zs_flow_interval(const zs_flow *flow, double s);
+
 /* An enclosure over a box of finite numbers. */
 void zs_flow_bounds(const zs_flow *flow, int component, const double lo[3], const double hi[3],
                     double result[2]);

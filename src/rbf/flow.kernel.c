@@ -1,16 +1,19 @@
 /* Block, gradient and bounds kernels of flows.  Compiled once per instruction set.
  *
- * Where points have the same s, as rows of a grid do, the weights are found once. */
+ * Where points have the same s, as rows of a grid do, the weights are found once; elsewhere,
+ * as along rays, for as many points at a time as a vector has room for. */
 #include "rbf/flow.h"
 #include "rbf/phi.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Points with the same s, and room for what is added up at them. */
+/* Points with the same s, or with s in the same interval, and room for what is added up at
+ * them. */
 typedef struct run {
   unsigned count; /* a multiple of ZS_WIDTH: the last point may stand more than once */
   double x[ZS_BLOCK], y[ZS_BLOCK];
+  double place[ZS_BLOCK]; /* of s in its interval, from -1 to 1 */
   double sum[4][ZS_BLOCK]; /* f and its derivatives by x, y and s */
 } run;
 
@@ -46,6 +49,41 @@ static void add_values(run *r, const zs_flow *flow, const zs_flow_state *v)
   }
 }
 
+/* The series of one channel at some points. */
+static inline zs_vector series(const zs_flow *flow, const double *coefficients, int count,
+                               const zs_vector *polynomials)
+{
+  zs_vector sum = {0};
+  for (int k = 0; k < count; k++)
+    sum += coefficients[(size_t)k * flow->channels] * polynomials[k];
+  return sum;
+}
+
+/* The same at points with s of their own. */
+static void add_moving(run *r, const zs_flow *flow, int component, size_t interval)
+{
+  const size_t n = flow->centres, own = (size_t)component * (n + 3);
+  const double *table = flow->table + interval * ZS_FLOW_ORDER * flow->channels;
+  const double *weight = table + own, *polynomial = weight + n;
+  const double *place_x = table + 2 * n + 6, *place_y = place_x + n;
+  const int weights = flow->used[0], places = flow->used[1];
+  for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
+    const zs_vector x = load(r->x + i), y = load(r->y + i), s = load(r->place + i);
+    zs_vector t[ZS_FLOW_ORDER] = {(zs_vector){0} + 1, s};
+    for (int k = 2; k < ZS_FLOW_ORDER; k++)
+      t[k] = 2 * s * t[k - 1] - t[k - 2];
+    zs_vector sum = series(flow, polynomial, weights, t) +
+                    series(flow, polynomial + 1, weights, t) * x +
+                    series(flow, polynomial + 2, weights, t) * y;
+    for (size_t j = 0; j < n; j++) {
+      const zs_vector ux = x - series(flow, place_x + j, places, t);
+      const zs_vector uy = y - series(flow, place_y + j, places, t);
+      sum += series(flow, weight + j, weights, t) * zs_vector_phi(plate, ux * ux + uy * uy);
+    }
+    store(r->sum[0] + i, sum);
+  }
+}
+
 static void add_slopes(run *r, const zs_flow *flow, const zs_flow_state *v,
                        const zs_flow_state *d)
 {
@@ -71,34 +109,73 @@ static void add_slopes(run *r, const zs_flow *flow, const zs_flow_state *v,
   }
 }
 
-/* Take the points from `first` on that have the same s; returns how many. */
-static unsigned take(run *r, const zs_block_arguments *a, unsigned first)
+/* How many points from `first` on have the same s, as far as a run has room: without
+ * derivatives blocks may be larger than ZS_BLOCK. */
+static unsigned count_equal(const zs_block_arguments *a, unsigned first)
 {
-  const float *x = a->in[0], *y = a->in[1], *s = a->in[2];
+  const float *s = a->in[2];
+  const unsigned most = a->n - first < ZS_BLOCK ? a->n - first : ZS_BLOCK;
   unsigned n = 1;
-  while (first + n < a->n && s[first + n] == s[first])
+  while (n < most && s[first + n] == s[first])
     n++;
+  return n;
+}
+
+/* How many points from `first` on have s in one interval. */
+static unsigned count_moving(const zs_block_arguments *a, const zs_flow *flow, unsigned first,
+                             size_t interval)
+{
+  const float *s = a->in[2];
+  const unsigned most = a->n - first < ZS_BLOCK ? a->n - first : ZS_BLOCK;
+  unsigned n = 1;
+  while (n < most && zs_flow_interval(flow, clamped(s[first + n])) == interval)
+    n++;
+  return n;
+}
+
+/* Take n points from `first` on. */
+static void take(run *r, const zs_block_arguments *a, unsigned first, unsigned n)
+{
+  const float *x = a->in[0], *y = a->in[1];
   r->count = (n + ZS_WIDTH - 1) / ZS_WIDTH * ZS_WIDTH;
   for (unsigned i = 0; i < r->count; i++) {
     const unsigned from = first + (i < n ? i : n - 1);
     r->x[i] = (double)x[from];
     r->y[i] = (double)y[from];
   }
-  return n;
+}
+
+/* The same, and where s is in an interval. */
+static void take_moving(run *r, const zs_block_arguments *a, const zs_flow *flow, unsigned first,
+                        unsigned n, size_t interval)
+{
+  const double from = flow->ends[interval], scale = 2 / (flow->ends[interval + 1] - from);
+  take(r, a, first, n);
+  for (unsigned i = 0; i < r->count; i++)
+    r->place[i] = scale * (clamped(a->in[2][first + (i < n ? i : n - 1)]) - from) - 1;
 }
 
 static void value(const zs_block_arguments *a)
 {
   const zs_flow_part *part = a->data;
+  const zs_flow *flow = part->flow;
   zs_flow_state v;
   run r;
   for (unsigned first = 0, n; first < a->n; first += n) {
-    const float s = a->in[2][first];
-    n = take(&r, a, first);
-    zs_flow_at(part->flow, part->component, clamped(s), &v, NULL);
-    add_values(&r, part->flow, &v);
+    const double s = clamped(a->in[2][first]);
+    n = count_equal(a, first);
+    if (n >= ZS_WIDTH) {
+      take(&r, a, first, n);
+      zs_flow_at(flow, part->component, s, &v, NULL);
+      add_values(&r, flow, &v);
+    } else {
+      const size_t interval = zs_flow_interval(flow, s);
+      n = count_moving(a, flow, first, interval);
+      take_moving(&r, a, flow, first, n, interval);
+      add_moving(&r, flow, part->component, interval);
+    }
     for (unsigned i = 0; i < n; i++)
-      a->out[first + i] = (float)r.sum[0][i] + 0 * s; /* keeps NaN */
+      a->out[first + i] = (float)r.sum[0][i] + 0 * a->in[2][first + i]; /* keeps NaN */
   }
 }
 
@@ -110,7 +187,8 @@ static void gradient(const zs_block_arguments *a)
   run r;
   for (unsigned first = 0, n; first < a->n; first += n) {
     const float at = s[first];
-    n = take(&r, a, first);
+    n = count_equal(a, first);
+    take(&r, a, first, n);
     zs_flow_at(part->flow, part->component, clamped(at), &v, &d);
     add_slopes(&r, part->flow, &v, &d);
     const double moves = at >= 0 && at <= 1;
