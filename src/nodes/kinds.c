@@ -17,10 +17,10 @@ extern const zs_kind zs_kind_blend_union, zs_kind_blend_intersection, zs_kind_bl
   zs_kind_bounded_blend, zs_kind_ricci;
 extern const zs_kind zs_kind_soft, zs_kind_convolution;
 extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_scale_value,
-  zs_kind_pinch, zs_kind_normalize, zs_kind_noise;
+  zs_kind_pinch, zs_kind_fit_points, zs_kind_normalize, zs_kind_noise;
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
   zs_kind_matrix, zs_kind_stretch, zs_kind_shear, zs_kind_twist, zs_kind_taper, zs_kind_bend,
-  zs_kind_slice, zs_kind_map;
+  zs_kind_space_map, zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_stack, zs_kind_variational;
 extern const zs_kind zs_kind_distance, zs_kind_volume, zs_kind_sample;
 
@@ -78,6 +78,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_displace,
   &zs_kind_scale_value,
   &zs_kind_pinch,
+  &zs_kind_fit_points,
   &zs_kind_normalize,
   &zs_kind_noise,
   /* Coordinate maps */
@@ -91,6 +92,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_twist,
   &zs_kind_taper,
   &zs_kind_bend,
+  &zs_kind_space_map,
   &zs_kind_slice,
   &zs_kind_map,
   /* Interpolation and reconstruction */

@@ -22,6 +22,7 @@ zs_sources += \
   src/nodes/extent.c \
   src/nodes/extent.h \
   src/nodes/extrude.c \
+  src/nodes/fit_points.c \
   src/nodes/fits.c \
   src/nodes/fits.h \
   src/nodes/formula.c \
@@ -48,6 +49,8 @@ zs_sources += \
   src/nodes/probe.c \
   src/nodes/probe.h \
   src/nodes/quadric.c \
+  src/nodes/radial.c \
+  src/nodes/radial.h \
   src/nodes/rectangle.c \
   src/nodes/revolve.c \
   src/nodes/ricci.c \
@@ -64,6 +67,7 @@ zs_sources += \
   src/nodes/slice.c \
   src/nodes/smooth.c \
   src/nodes/soft.c \
+  src/nodes/space_map.c \
   src/nodes/sphere.c \
   src/nodes/stack.c \
   src/nodes/stack.h \

@@ -8,7 +8,7 @@ struct normalize {
 };
 
 static const zs_attribute attributes[] = {
-  ZS_LENGTH(struct normalize, step, "step", "0.01", ZS_RANGE_POSITIVE,
+  ZS_LENGTH(struct normalize, step, "step", "0.05", ZS_RANGE_POSITIVE,
             "how far to either side the child is looked at to find its slopes: less than the "
             "smallest detail, and more than a 10000th of the solid"),
 };
@@ -47,8 +47,8 @@ const zs_kind zs_kind_normalize = {
   .family = ZS_FAMILY_FUNCTION_MAP,
   .summary = "the child with an f that is like a distance near its surface",
   .doc = "f / sqrt(f^2 + |grad f|^2): the solid stays the same, values become comparable, as "
-         "blends and interpolation want them. They go from -1 to 1, with a slope of 1 on the surface. "
-         "The child is evaluated seven times.",
+         "blends and interpolation want them. They go from -1 to 1, with a slope of 1 on the "
+         "surface. The child is evaluated seven times.",
   .source = "V. Rvachev, Theory of R-functions and some applications, 1982",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),

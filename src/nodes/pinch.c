@@ -39,7 +39,7 @@ static const zs_kind *const parts[] = {&point, NULL};
 
 /* ---- pinch ------------------------------------------------------------------------ */
 
-/* What is taken at a point; NaN after an error. */
+/* What is taken at a point. */
 static double amount(zs_compiler *compiler, const zs_node *node, const zs_node *part)
 {
   const struct point *p = part->parameters;
@@ -47,11 +47,11 @@ static double amount(zs_compiler *compiler, const zs_node *node, const zs_node *
   if (!isnan(value))
     return value;
   if (!zs_probe_children(compiler, node, p->at, 1, &value))
-    return NAN;
+    return 0;
   if (isnan(value))
-    zs_node_fail(part, zs_compiler_diag(compiler), NULL,
-                 "the child's f is not a number here; expected one: give 'value'");
-  return isinf(value) ? 0 : value; /* nothing and everything stay what they are */
+    zs_report(zs_compiler_diag(compiler), ZS_WARNING, ZS_ERROR_GEOMETRY, &part->place, NULL,
+              "the child's f is not a number here: the point has no effect without 'value'");
+  return isfinite(value) ? value : 0; /* nothing and everything stay what they are */
 }
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)

@@ -126,6 +126,7 @@ static const struct {
   {"convolution", "<segment from='0 0 0' to='1 0 0'/>"},
   {"curved-polygon", "<line to='0 0'/><line to='1 0'/><arc to='0 1' bulge='1'/>"},
   {"extrude", "<circle/>"},
+  {"fit-points", "<point at='1 0 0'/><sphere/>"},
   {"formula", "1 - x"},
   {"interpolate", "<level at='0'><circle/></level><level at='1'><circle/></level>"},
   {"revolve", "<circle/>"},

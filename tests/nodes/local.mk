@@ -11,6 +11,7 @@ zs_tests += \
   tests/nodes/test_morph \
   tests/nodes/test_parts \
   tests/nodes/test_path \
+  tests/nodes/test_point_maps \
   tests/nodes/test_primitives \
   tests/nodes/test_skeletal \
   tests/nodes/test_solids \
@@ -50,3 +51,6 @@ tests_nodes_test_solids_SOURCES = \
 tests_nodes_test_maps_SOURCES = tests/nodes/test_maps.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_skeletal_SOURCES = \
   tests/nodes/test_skeletal.c tests/nodes/laws.h tests/nodes/build.h
+tests_nodes_test_point_maps_SOURCES = \
+  tests/nodes/test_point_maps.c tests/nodes/laws.h tests/nodes/build.h tests/nodes/scene_text.h \
+  tests/files/scratch.h tests/random.h

@@ -4,10 +4,11 @@
 
 #include "build.h"
 
-/* Kinds that need input from files; their room tests them. */
+/* Kinds that need input from files, or fit many functions; tests of their own hold them. */
 static inline bool needs_data(const zs_kind *kind)
 {
   return !strcmp(kind->name, "variational") || !strcmp(kind->name, "image") ||
+         !strcmp(kind->name, "fit-points") || !strcmp(kind->name, "space-map") ||
          !strcmp(kind->name, "path") || !strcmp(kind->name, "curved-polygon") ||
          !strcmp(kind->name, "stack") ||
          kind->family == ZS_FAMILY_DATA;
@@ -116,6 +117,14 @@ static inline bool has_plain_parts(const zs_kind *kind)
   return kind->parts && !has_children_in_parts(kind);
 }
 
+static inline bool needs_file(const zs_kind *kind)
+{
+  for (size_t i = 0; i < kind->attribute_count; i++)
+    if (kind->attributes[i].type == ZS_FILE)
+      return true;
+  return false;
+}
+
 /* A node with random attributes and plain parts that its check accepts; no children yet. */
 static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_t *state)
 {
@@ -127,7 +136,7 @@ static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_
         random_attribute(arena, node, attribute, state);
     }
     size_t kinds = 0;
-    while (has_plain_parts(kind) && kind->parts[kinds])
+    while (has_plain_parts(kind) && kind->parts[kinds] && !needs_file(kind->parts[kinds]))
       kinds++;
     for (unsigned i = 0, n = kinds ? 2 + random_below(state, 3) : 0; i < n; i++)
       adopt(arena, node, random_leaf(arena, kind->parts[random_below(state, kinds)], state));

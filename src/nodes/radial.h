@@ -1,0 +1,14 @@
+/* Fits of radial sums that belong to a node: made and evaluated where it is compiled. */
+#ifndef ZS_RADIAL_H
+#define ZS_RADIAL_H
+
+#include "nodes/kind.h"
+
+#include "rbf/fit.h"
+
+/* Fit, and emit the sum at coordinates in the problem's units; in two dimensions it does not
+ * depend on z.  After reporting at the node it is 0. */
+zs_value zs_radial_emit(zs_compiler *compiler, const zs_node *node, const zs_rbf_problem *problem,
+                        const zs_coordinates *at);
+
+#endif
