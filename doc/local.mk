@@ -16,6 +16,7 @@ gallery_pictures = \
   doc/gallery/bunny.png \
   doc/gallery/column.png \
   doc/gallery/contours.png \
+  doc/gallery/creature.png \
   doc/gallery/cup-slice.png \
   doc/gallery/cup.png \
   doc/gallery/figurine-cut.png \
@@ -39,8 +40,8 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column contours cup figurine flange influence letters loft morph plate \
-	    scan spanner stack surface warp; do \
+	for name in bracket bunny column contours creature cup figurine flange influence letters loft \
+	    morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done

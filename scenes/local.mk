@@ -5,6 +5,7 @@ EXTRA_DIST += \
   scenes/bunny.xml \
   scenes/column.xml \
   scenes/contours.xml \
+  scenes/creature.xml \
   scenes/cup.xml \
   scenes/figurine.xml \
   scenes/flange.xml \
