@@ -8,6 +8,9 @@
 
 static const double PI = 3.14159265358979323846;
 
+/* Radians per length whose radius leaves nothing of the straight axis' digits. */
+static const double NO_BEND = 1e-15;
+
 struct bend {
   double rate, min, max;
   int axis, toward;
@@ -44,6 +47,8 @@ static bent bent_of(const zs_node *node)
             .sign = p->rate < 0 ? -1 : 1,
             .axis = p->axis,
             .toward = zs_node_toward(node, p->axis, p->toward)};
+  if (b.k < NO_BEND)
+    b.k = 0;
   b.still = fmin(fmax(0, isnan(p->min) ? -INFINITY : p->min), isnan(p->max) ? INFINITY : p->max);
   b.lo = isnan(p->min) ? b.still - PI / b.k : p->min;
   b.hi = isnan(p->max) ? b.still + PI / b.k : p->max;

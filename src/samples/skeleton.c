@@ -248,11 +248,10 @@ double zs_skeleton_value(const zs_skeleton *skeleton, const zs_skeleton_part *pa
     }
   } else {
     double way[3] = {0}, by;
-    const double r2 = part->radius * part->radius;
-    const double q = from_part(skeleton, part, at, way) / r2;
-    value = part->weight * falloff(skeleton->field, q, &by);
-    for (int k = 0; k < 3; k++)
-      own[k] = part->weight * by * 2 * way[k] / r2;
+    const double u = sqrt(from_part(skeleton, part, at, way)) / part->radius;
+    value = part->weight * falloff(skeleton->field, u * u, &by);
+    for (int k = 0; k < 3 && by != 0; k++) /* beside the smallest radii ways are infinite */
+      own[k] = part->weight * by * 2 * (way[k] / part->radius) / part->radius;
   }
   if (slope)
     for (int k = 0; k < 3; k++)

@@ -71,6 +71,7 @@ static void test_bend_limits(void **unused)
   zs_arena arena = {0}, *A = &arena;
   zs_node *solid = set3(node_named(A, "box"), "size", 2, 1, 3);
   check_law(EQUAL, "no bend", wrap(A, bend(A, 2, 0, 0), solid), solid);
+  check_law(EQUAL, "next to no bend", wrap(A, bend(A, 2, 0, 1e-300), solid), solid);
   check_law(EQUAL, "the other side",
             wrap(A, bend(A, 2, 0, -20), solid),
             wrap(A, set3(node_named(A, "mirror"), "normal", 1, 0, 0),

@@ -114,6 +114,27 @@ static void test_soft_triangle(void **unused)
   }
 }
 
+/* Radii whose squares are no numbers any more. */
+static void test_small_radius(void **unused)
+{
+  (void)unused;
+  zs_arena arena = {0}, *A = &arena;
+  static const char *const names[] = {"wyvill", "blobtree", "blinn", "metaball"};
+  for (int i = 0; i < 4; i++) {
+    zs_node *node = soft(A, names[i], 0.5);
+    set(part(A, node, "point"), "radius", 1e-300);
+    zs_eval *eval = compiled(node);
+    const float x[2] = {0, 1}, y[2] = {0, 0};
+    float f[2], g[3][2];
+    zs_eval_gradients(eval, NULL, 2, x, y, y, f, g[0], g[1], g[2]);
+    assert_true(f[0] == 0.5f && f[1] == -0.5f);
+    for (int k = 0; k < 3; k++)
+      assert_true(g[k][0] == 0 && g[k][1] == 0);
+    zs_eval_free(eval);
+  }
+  zs_arena_free(&arena);
+}
+
 /* ---- convolution -------------------------------------------------------------------------- */
 
 static double kernel(const double p[3], const double q[3], double s)
@@ -288,7 +309,8 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_falloffs),     cmocka_unit_test(test_soft_lines),
-    cmocka_unit_test(test_soft_triangle), cmocka_unit_test(test_closed_forms),
+    cmocka_unit_test(test_soft_triangle), cmocka_unit_test(test_small_radius),
+    cmocka_unit_test(test_closed_forms),
     cmocka_unit_test(test_pieces),       cmocka_unit_test(test_many),
     cmocka_unit_test(test_refused),
   };
