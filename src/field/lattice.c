@@ -95,6 +95,13 @@ static void evaluate_part(zs_eval *eval, const zs_program *program, const zs_lat
 
 enum { ON_Z = 1 << 2 }; /* the bit of coordinate 2 */
 
+/* The inputs that an instruction's value depends on, one bit each. */
+static unsigned used_inputs(const zs_instruction *instruction)
+{
+  const zs_operation *operation = instruction->operation;
+  return operation->used ? operation->used(instruction->data) : ~0u;
+}
+
 /* Which coordinates each instruction depends on, one bit each. */
 static void find_dependences(const zs_program *program, uint8_t *on)
 {
@@ -102,10 +109,9 @@ static void find_dependences(const zs_program *program, uint8_t *on)
     on[k] = (uint8_t)(1u << k);
   for (uint32_t i = ZS_COORDINATES; i < program->count; i++) {
     const zs_instruction *instruction = &program->instructions[i];
-    const zs_operation *operation = instruction->operation;
-    const unsigned used = operation->used ? operation->used(instruction->data) : ~0u;
+    const unsigned used = used_inputs(instruction);
     on[i] = 0;
-    for (unsigned k = 0; k < operation->arity; k++)
+    for (unsigned k = 0; k < instruction->operation->arity; k++)
       on[i] |= used >> k & 1 ? on[instruction->in[k]] : 0;
   }
 }
@@ -143,6 +149,8 @@ static bool place_values(layers *w)
   return true;
 }
 
+/* Inputs that are not used may not have been computed: 0 times what is there need not be
+ * 0. */
 static void run_instruction(const layers *w, uint32_t i, unsigned n)
 {
   const zs_instruction *instruction = &w->program->instructions[i];
@@ -150,8 +158,9 @@ static void run_instruction(const layers *w, uint32_t i, unsigned n)
                                   .frame = &w->lattice->frame,
                                   .n = n,
                                   .out = w->at[i]};
+  const unsigned used = used_inputs(instruction);
   for (unsigned k = 0; k < instruction->operation->arity; k++)
-    arguments.in[k] = w->at[instruction->in[k]];
+    arguments.in[k] = w->at[used >> k & 1 ? instruction->in[k] : 0];
   instruction->operation->kernels[w->eval->isa]->value(&arguments);
 }
 

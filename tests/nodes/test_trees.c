@@ -4,7 +4,7 @@
 
 #include "random_nodes.h"
 
-#include "field/program.h"
+#include "field/field.h"
 
 enum { TREES = 2000, DEEPEST = 12, LEVELS = 3, POINTS = 48 };
 
@@ -158,6 +158,16 @@ static zs_lattice random_lattice(uint64_t *state)
   return lattice;
 }
 
+/* Nothing is to be read that has not been written: not even 0 times NaN is 0. */
+static void poison(const zs_eval *eval, const zs_program *program)
+{
+  const size_t stored = (size_t)program->register_count * ZS_EVAL_ROWS * ZS_BLOCK;
+  for (size_t i = 0; i < stored; i++)
+    eval->storage[i] = NAN;
+  for (size_t i = 0; i < (size_t)ZS_MAXIMUM_KEPT * ZS_BLOCK; i++)
+    eval->kept[i] = NAN;
+}
+
 /* The points of a layer by the whole program: the values for which a lattice
  * has short cuts. */
 static void check_layer(zs_eval *eval, const zs_lattice *lattice, unsigned k, const float *values,
@@ -200,6 +210,7 @@ static void test_lattices(void **unused)
     const zs_program *program = zs_field_program(zs_eval_field(eval));
     const zs_lattice lattice = random_lattice(&state);
     const unsigned points = lattice.count[0] * lattice.count[1] * lattice.count[2];
+    poison(eval, program);
     assert_int_equal(
       zs_program_lattice(eval, program, &lattice, ZS_REQUEST_VALUE, i % 4 != 0, values), points);
     evaluated += zs_program_lattice(eval, program, &lattice, ZS_REQUEST_SIGN, true, signs);
