@@ -18,7 +18,7 @@ static const double TOLERANCE = 1e-6, USELESS = 1e-4;
 enum { DIRECT = 700, DIRECT_AT_MOST = 20000 };
 
 /* So few constraints are done by one thread before others are awake. */
-enum { ONE_THREAD = 2000 };
+enum { ONE_THREAD = 300 };
 
 /* A fit being made. */
 typedef struct fitter {

@@ -108,12 +108,12 @@ static bool row(bench *b, fit_work *w, double theirs, double *before)
          1e3 * t.wall, t.runs, bench_ratio(growth, *before > 0 ? t.processor / *before : 0, ""),
          residual, good ? "" : "!", w->rbf ? w->rbf->method : "");
   if (theirs > 0)
-    printf(" %10.1f %9s", 1e3 * theirs, bench_ratio(gain, theirs / t.processor, ""));
+    printf(" %10.1f %9s", 1e3 * theirs, bench_ratio(gain, theirs / t.wall, ""));
   printf("\n");
   bench_remember(b, t.processor, "fit %s %u", kernel, count);
   bench_remember(b, 1e6 * residual, "fit %s %u residual", kernel, count);
   if (theirs > 0)
-    bench_remember(b, theirs / t.processor, "fit %s %u gain", kernel, count);
+    bench_remember(b, theirs / t.wall, "fit %s %u gain", kernel, count);
   *before = t.processor;
   return good;
 }
