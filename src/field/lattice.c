@@ -95,24 +95,18 @@ static void evaluate_part(zs_eval *eval, const zs_program *program, const zs_lat
 
 enum { ON_Z = 1 << 2 }; /* the bit of coordinate 2 */
 
-/* The inputs that an instruction's value depends on, one bit each. */
-static unsigned used_inputs(const zs_instruction *instruction)
-{
-  const zs_operation *operation = instruction->operation;
-  return operation->used ? operation->used(instruction->data) : ~0u;
-}
-
-/* Which coordinates each instruction depends on, one bit each. */
-static void find_dependences(const zs_program *program, uint8_t *on)
+/* Which inputs each instruction depends on, and which coordinates, one bit each. */
+static void find_dependences(const zs_program *program, uint8_t *used, uint8_t *on)
 {
   for (unsigned k = 0; k < ZS_COORDINATES; k++)
     on[k] = (uint8_t)(1u << k);
   for (uint32_t i = ZS_COORDINATES; i < program->count; i++) {
     const zs_instruction *instruction = &program->instructions[i];
-    const unsigned used = used_inputs(instruction);
+    const zs_operation *operation = instruction->operation;
+    used[i] = (uint8_t)(operation->used ? operation->used(instruction->data) : ~0u);
     on[i] = 0;
-    for (unsigned k = 0; k < instruction->operation->arity; k++)
-      on[i] |= used >> k & 1 ? on[instruction->in[k]] : 0;
+    for (unsigned k = 0; k < operation->arity; k++)
+      on[i] |= used[i] >> k & 1 ? on[instruction->in[k]] : 0;
   }
 }
 
@@ -122,7 +116,7 @@ typedef struct layers {
   zs_eval *eval;
   const zs_program *program;
   const zs_lattice *lattice;
-  const uint8_t *on;
+  const uint8_t *used, *on; /* see find_dependences */
   float **at;  /* by instruction */
   float (*by_z)[ZS_LATTICE_SIDE]; /* by kept block: the values of what depends on z alone */
   unsigned kept;
@@ -158,9 +152,8 @@ static void run_instruction(const layers *w, uint32_t i, unsigned n)
                                   .frame = &w->lattice->frame,
                                   .n = n,
                                   .out = w->at[i]};
-  const unsigned used = used_inputs(instruction);
   for (unsigned k = 0; k < instruction->operation->arity; k++)
-    arguments.in[k] = w->at[used >> k & 1 ? instruction->in[k] : 0];
+    arguments.in[k] = w->at[w->used[i] >> k & 1 ? instruction->in[k] : 0];
   instruction->operation->kernels[w->eval->isa]->value(&arguments);
 }
 
@@ -222,13 +215,14 @@ static void evaluate_layers(zs_eval *eval, const zs_program *program, const zs_l
                             float *f)
 {
   const zs_arena_mark mark = zs_arena_mark_here(&eval->arena);
+  uint8_t *used = ZS_ARENA_NEW(&eval->arena, uint8_t, program->count);
   uint8_t *on = ZS_ARENA_NEW(&eval->arena, uint8_t, program->count);
-  layers w = {.eval = eval, .program = program, .lattice = lattice, .on = on};
+  layers w = {.eval = eval, .program = program, .lattice = lattice, .used = used, .on = on};
   w.at = ZS_ARENA_NEW(&eval->arena, float *, program->count);
   w.by_z = zs_arena_alloc(&eval->arena, ZS_MAXIMUM_KEPT, sizeof *w.by_z);
   bool few = false;
-  if (on && w.at && w.by_z) {
-    find_dependences(program, on);
+  if (used && on && w.at && w.by_z) {
+    find_dependences(program, used, on);
     few = place_values(&w);
   }
   if (few) {
