@@ -53,7 +53,7 @@ bool zs_value_constant(const zs_compiler *compiler, zs_value value, double *numb
 /* Memory that lives as long as the field. */
 zs_arena *zs_compiler_arena(zs_compiler *compiler);
 /* Call `release(data)` when the field is freed; false when memory is out, in
- * which case it has been called already. */
+ * which case it has been called already, and zs_compiler_finish will report. */
 bool zs_compiler_keep(zs_compiler *compiler, void *data, void (*release)(void *data));
 
 zs_diag *zs_compiler_diag(zs_compiler *compiler);

@@ -133,10 +133,8 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   surface *s = find(compiler, node);
   if (!s)
     return zs_emit_constant(compiler, 0);
-  if (!zs_compiler_keep(compiler, s, surface_unref)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
+  if (!zs_compiler_keep(compiler, s, surface_unref))
     return zs_emit_constant(compiler, 0);
-  }
   const zs_coordinates about = zs_coordinates_moved(at, s->centre);
   zs_value u[3];
   for (int k = 0; k < 3; k++)

@@ -88,10 +88,8 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   zs_raster *raster = measured(node, zs_compiler_diag(compiler));
   if (!raster)
     return zs_emit_constant(compiler, 0);
-  if (!zs_compiler_keep(compiler, raster, zs_raster_free)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
+  if (!zs_compiler_keep(compiler, raster, zs_raster_free))
     return zs_emit_constant(compiler, 0);
-  }
   const zs_image_place place = {p->pixel, raster->count[1] - 2 * MARGIN,
                                 {p->origin[0], p->origin[1], 0}, p->y == ZS_IMAGE_Y_DOWN};
   double matrix[12];

@@ -333,11 +333,11 @@ static const zs_flow *make_flow(zs_compiler *compiler, const pairs *all, zs_flow
                  "not keep with it", all->nodes[meeting.path[0]]->place.line, meeting.s);
     return NULL;
   }
-  if (result == ZS_FLOW_MEMORY || !zs_compiler_keep(compiler, flow, zs_flow_free)) {
+  if (result == ZS_FLOW_MEMORY) {
     zs_fail_memory(diag);
     return NULL;
   }
-  return flow;
+  return zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
 }
 
 /* Pairs that are found.  Should they come too near to each other, fewer will not. */
@@ -355,12 +355,11 @@ static const zs_flow *find_flow(zs_compiler *compiler, const zs_node *const leve
       paths[used++] = (zs_flow_path){2, ends[i]};
     result = zs_flow_new(&flow, paths, used, way, NULL);
   }
-  if (!paths || result == ZS_FLOW_MEMORY ||
-      (flow && !zs_compiler_keep(compiler, flow, zs_flow_free))) {
+  if (!paths || result == ZS_FLOW_MEMORY) {
     zs_fail_memory(zs_compiler_diag(compiler));
     return NULL;
   }
-  return flow;
+  return flow && zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
 }
 
 zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,

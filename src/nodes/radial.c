@@ -2,33 +2,25 @@
 
 #include "nodes/variational.h"
 
-static void describe(zs_compiler *compiler, const zs_node *node, const zs_rbf *rbf)
+zs_fit_info zs_radial_info(const zs_node *node, const zs_rbf *rbf)
 {
-  const zs_fit_info info = {.element = node->kind->name,
-                            .kernel = zs_rbf_kernel_names[rbf->radial.kernel],
-                            .method = rbf->method,
-                            .line = node->place.line,
-                            .dimension = rbf->dimension,
-                            .constraints = rbf->count,
-                            .seconds = rbf->seconds,
-                            .residual = rbf->residual,
-                            .bytes = rbf->bytes};
-  zs_compiler_add_fit(compiler, &info);
+  return (zs_fit_info){.element = node->kind->name,
+                       .kernel = zs_rbf_kernel_names[rbf->radial.kernel],
+                       .method = rbf->method,
+                       .line = node->place.line,
+                       .dimension = rbf->dimension,
+                       .constraints = rbf->count,
+                       .seconds = rbf->seconds,
+                       .residual = rbf->residual,
+                       .bytes = rbf->bytes};
 }
 
-static zs_value sum_of(zs_compiler *compiler, const zs_node *node, const zs_rbf *rbf,
-                       const zs_coordinates *at)
+zs_value zs_radial_sum_emit(zs_compiler *compiler, const zs_rbf *rbf, const zs_coordinates *at)
 {
-  zs_diag *diag = zs_compiler_diag(compiler);
   zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension, NULL, ZS_RBF_ACCURACY,
-                                   zs_compiler_control(compiler), diag);
-  if (!sum)
+                                   zs_compiler_control(compiler), zs_compiler_diag(compiler));
+  if (!sum || !zs_compiler_keep(compiler, sum, zs_rbf_sum_free))
     return zs_emit_constant(compiler, 0);
-  if (!zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
-    zs_fail_memory(diag);
-    return zs_emit_constant(compiler, 0);
-  }
-  describe(compiler, node, rbf);
   return zs_variational_sum_emit(compiler, sum, rbf, at);
 }
 
@@ -39,7 +31,9 @@ zs_value zs_radial_emit(zs_compiler *compiler, const zs_node *node, const zs_rbf
                            zs_compiler_diag(compiler));
   if (!rbf)
     return zs_emit_constant(compiler, 0);
-  const zs_value value = sum_of(compiler, node, rbf, at);
+  const zs_value value = zs_radial_sum_emit(compiler, rbf, at);
+  const zs_fit_info info = zs_radial_info(node, rbf);
+  zs_compiler_add_fit(compiler, &info);
   zs_rbf_free(rbf);
   return value;
 }

@@ -94,10 +94,8 @@ static zs_value emit_faces(zs_compiler *compiler, const zs_sampled *s, const zs_
 zs_value zs_sampled_emit(zs_compiler *compiler, zs_sampled *sampled, int outside,
                          const zs_coordinates *at)
 {
-  if (!zs_compiler_keep(compiler, sampled, zs_sampled_unref)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
+  if (!zs_compiler_keep(compiler, sampled, zs_sampled_unref))
     return zs_emit_constant(compiler, 0);
-  }
   const zs_coordinates grid = zs_coordinates_affine(at, sampled->inverse);
   zs_value u[3];
   for (int k = 0; k < 3; k++)

@@ -205,10 +205,8 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
     return zs_emit_constant(compiler, 0);
   const double hi = s->hi, pixel = s->pixel;
   const zs_coordinates own = zs_coordinates_affine(at, s->matrix);
-  if (!zs_compiler_keep(compiler, s, unref)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
+  if (!zs_compiler_keep(compiler, s, unref))
     return zs_emit_constant(compiler, 0);
-  }
   zs_value f = zs_raster_emit(compiler, s->raster, &own);
   if (p->caps == CLOSED)
     f = zs_emit_cut(compiler, f, &own, 0, hi);

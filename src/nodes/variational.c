@@ -3,6 +3,7 @@
 #include "nodes/variational.h"
 
 #include "field/program.h"
+#include "nodes/radial.h"
 
 #include <math.h>
 #include <string.h>
@@ -197,20 +198,11 @@ static double *world_points(zs_compiler *compiler, const zs_variational_fit *fit
 static void describe(zs_compiler *compiler, const zs_node *node, const zs_variational_fit *fit,
                      const zs_coordinates *at)
 {
-  const zs_rbf *rbf = fit->rbf;
   size_t count;
   const double *points = world_points(compiler, fit, at, &count);
-  const zs_fit_info info = {.element = node->kind->name,
-                            .kernel = zs_rbf_kernel_names[rbf->radial.kernel],
-                            .method = rbf->method,
-                            .line = node->place.line,
-                            .dimension = rbf->dimension,
-                            .constraints = rbf->count,
-                            .seconds = rbf->seconds,
-                            .residual = rbf->residual,
-                            .bytes = rbf->bytes,
-                            .points = points,
-                            .point_count = points ? count : 0};
+  zs_fit_info info = zs_radial_info(node, fit->rbf);
+  info.points = points;
+  info.point_count = points ? count : 0;
   zs_compiler_add_fit(compiler, &info);
 }
 
@@ -242,10 +234,8 @@ static zs_value emit_fit(zs_compiler *compiler, const zs_node *node, const zs_va
                             zs_compiler_diag(compiler));
   if (!sum)
     return zs_emit_constant(compiler, 0);
-  if (!zs_compiler_keep(compiler, sum, zs_variational_sum_unref)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
+  if (!zs_compiler_keep(compiler, sum, zs_variational_sum_unref))
     return zs_emit_constant(compiler, 0);
-  }
   describe(compiler, node, fit, at);
   return zs_variational_sum_emit(compiler, zs_variational_sum_data(sum), rbf, at);
 }

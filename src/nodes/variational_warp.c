@@ -2,6 +2,8 @@
  * belongs together meets, and the shapes between them carried back. */
 #include "nodes/variational.h"
 
+#include "nodes/radial.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -125,20 +127,6 @@ void zs_variational_warp_apply(const zs_variational_warp *warp, int shape, doubl
   }
 }
 
-/* One component of a displacement. */
-static zs_value displacement(zs_compiler *compiler, const zs_rbf *rbf, const zs_coordinates *at)
-{
-  zs_rbf_sum *sum = zs_rbf_sum_new(rbf, rbf->dimension, NULL, ZS_RBF_ACCURACY,
-                                   zs_compiler_control(compiler), zs_compiler_diag(compiler));
-  if (!sum)
-    return zs_emit_constant(compiler, 0);
-  if (!zs_compiler_keep(compiler, sum, zs_rbf_sum_free)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
-    return zs_emit_constant(compiler, 0);
-  }
-  return zs_variational_sum_emit(compiler, sum, rbf, at);
-}
-
 zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variational_warp *warp,
                                         double time, const zs_coordinates *at)
 {
@@ -150,7 +138,7 @@ zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variatio
   for (unsigned k = 0; k < 3; k++) {
     moved[k] = zs_emit_coordinate(compiler, at, (int)k);
     if (k < warp->dimension) {
-      zs_value way = displacement(compiler, warp->half[shape][k], at);
+      zs_value way = zs_radial_sum_emit(compiler, warp->half[shape][k], at);
       moved[k] = zs_emit(compiler, ZS_FUNCTION_ADD, moved[k],
                          zs_emit_scaled(compiler, way, part), 0);
     }
