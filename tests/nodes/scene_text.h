@@ -15,6 +15,19 @@
 
 static scratch folder;
 
+static inline int set_up(void **state)
+{
+  (void)state;
+  return scratch_make(&folder) ? 0 : -1;
+}
+
+static inline int tear_down(void **state)
+{
+  (void)state;
+  scratch_remove(&folder);
+  return 0;
+}
+
 typedef struct seen {
   char message[512], file[256];
   unsigned line;

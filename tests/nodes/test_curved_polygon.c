@@ -5,19 +5,6 @@
 
 #include <math.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 enum { MOST_EDGES = 60, CHORDS = 200 };
 
 /* Edge i leads from corner i to the next, bulging to the right when that is positive. */

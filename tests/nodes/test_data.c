@@ -6,19 +6,6 @@
 
 #include <math.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 /* Sample a scene into a file of the folder. */
 static void voxelize(const char *body, const char *name, double cell, zs_sample_type type)
 {

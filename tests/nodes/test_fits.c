@@ -5,19 +5,6 @@
 #include <math.h>
 #include <zlib.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 #define BODY \
   "<param name='t' value='0.3'/><param name='mu' value='0'/>" \
   "<object id='solid'><variational smoothing='{mu}'><points src='sphere.xyz'/></variational>" \

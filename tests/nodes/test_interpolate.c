@@ -4,19 +4,6 @@
 
 #include <math.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 /* ---- Levels ----------------------------------------------------------------------------- */
 
 /* Three shapes at uneven heights, with all that can stand between them. */

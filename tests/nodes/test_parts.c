@@ -6,19 +6,6 @@
 
 #include <math.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 /* ---- Contours --------------------------------------------------------------------- */
 
 #define SQUARE "0 0 2 0 2 1 0 1"

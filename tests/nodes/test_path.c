@@ -6,19 +6,6 @@
 #include <math.h>
 #include <stdarg.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 /* Two scenes have the same f around a square of that size about (x, y). */
 static void expect_same(const char *a, const char *b, double x, double y, double size,
                         double tolerance)

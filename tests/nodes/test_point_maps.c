@@ -5,19 +5,6 @@
 
 #include "nodes/extent.h"
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 /* A child whose value tells the place. */
 #define TELLTALE "<formula>x + 7 * y - 30 * z</formula>"
 

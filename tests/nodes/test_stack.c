@@ -4,19 +4,6 @@
 
 #include <math.h>
 
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
-
 enum { WIDTH = 20, HEIGHT = 16 };
 
 /* A disc about (x, y) from the top left, grey value `inside` on black. */

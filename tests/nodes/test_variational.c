@@ -29,10 +29,9 @@ static void write_sphere(void)
 }
 
 /* A spiral from pole to pole. */
-static int set_up(void **state)
+static int set_up_sphere(void **state)
 {
-  (void)state;
-  if (!scratch_make(&folder))
+  if (set_up(state) != 0)
     return -1;
   for (int i = 0; i < POINTS; i++) {
     double z = 1 - (2 * i + 1) / (double)POINTS, r = sqrt(1 - z * z), angle = 2.399963229728653 * i;
@@ -41,13 +40,6 @@ static int set_up(void **state)
     sphere[i][2] = z;
   }
   write_sphere();
-  return 0;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
   return 0;
 }
 
@@ -456,5 +448,5 @@ int main(void)
     cmocka_unit_test(inside_out_meshes_are_noticed),
     cmocka_unit_test(memory_limits_are_kept),
   };
-  return cmocka_run_group_tests(tests, set_up, tear_down);
+  return cmocka_run_group_tests(tests, set_up_sphere, tear_down);
 }
