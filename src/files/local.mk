@@ -18,6 +18,8 @@ zs_sources += \
   src/files/svg.h \
   src/files/text_file.c \
   src/files/text_file.h \
+  src/files/tiff.c \
+  src/files/tiff.h \
   src/files/volume.c \
   src/files/volume.h \
   src/files/volume_data.c \

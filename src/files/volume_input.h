@@ -96,9 +96,6 @@ bool zs_volume_allocate(zs_volume_input *input, double available);
 /* Turn numbers that stand as in a file of that byte order into this machine's. */
 void zs_volume_to_host(zs_volume *volume, bool big_endian);
 
-/* Store number `i`, converted to the volume's type. */
-void zs_volume_store(zs_volume *volume, size_t i, double number);
-
 /* Decode zlib or gzip data, several streams one behind the other, from `from` (called
  * for more bytes: how many it has put there, 0 at the end) to `size` bytes at `out`,
  * leaving out the first `before`.  Returns NULL, or what is wrong. */

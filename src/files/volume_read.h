@@ -59,4 +59,7 @@ static inline size_t zs_volume_count(const zs_volume *volume)
  * above 2^53. */
 void zs_volume_values(const zs_volume *volume, size_t first, size_t count, double *values);
 
+/* Store number `i`, converted to the volume's type: rounded, and clamped to its range. */
+void zs_volume_store(zs_volume *volume, size_t i, double number);
+
 #endif

@@ -12,30 +12,54 @@
 enum { MARGIN = 2 };
 
 const char *const zs_image_directions[] = {"up", "down", NULL};
+const char *const zs_image_pixels[] = {"file", NULL};
 
 struct image {
   const char *src;
   double pixel, level, origin[3];
-  int y;
+  int page, y;
 };
 
 static const zs_attribute attributes[] = {
   {.name = "src", .type = ZS_FILE, .offset = offsetof(struct image, src), .unit = "",
-   .doc = "a PNG or PGM file of 8 or 16 bits; white is inside"},
-  ZS_IMAGE_PIXEL(struct image),
+   .doc = "a PNG, PGM or TIFF file; white is inside"},
+  {.name = "page", .type = ZS_INTEGER, .offset = offsetof(struct image, page), .initial = "1",
+   .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1, .maximum = 1e6,
+   .doc = "which page of a TIFF file"},
+  ZS_IMAGE_PIXEL(struct image, ""),
   ZS_IMAGE_LEVEL(struct image),
   ZS_POINT(struct image, origin, "origin", "0 0 0",
            "where the picture's corner is that has the least x and y; z is left out"),
   ZS_IMAGE_Y(struct image),
 };
 
-/* The distances of a picture as a raster without heights, in pixels; NULL after reporting. */
-static zs_raster *measured(const zs_node *node, zs_diag *diag)
+bool zs_image_side(double *side, double given, const double in_file[2], const zs_node *node,
+                   zs_diag *diag)
+{
+  *side = isnan(given) ? in_file[0] : given;
+  if (!isnan(given))
+    return true;
+  if (!(in_file[0] > 0 && in_file[1] > 0 && isfinite(in_file[0] + in_file[1])))
+    return zs_node_fail(node, diag, "pixel",
+                        "the file does not say how large pixels are; expected a length");
+  if (!(fabs(in_file[0] - in_file[1]) <= 1e-3 * in_file[0]))
+    return zs_node_fail(node, diag, "pixel", "pixels have the sides %g and %g in the file; "
+                        "expected square ones", in_file[0], in_file[1]);
+  return true;
+}
+
+/* The distances of a picture as a raster without heights, in pixels, and a pixel's side; NULL
+ * after reporting. */
+static zs_raster *measured(const zs_node *node, double *side, zs_diag *diag)
 {
   const struct image *p = node->parameters;
   zs_gray gray;
-  if (!zs_gray_read(&gray, p->src, diag))
+  if (!zs_gray_read(&gray, p->src, (size_t)p->page, diag))
     return NULL;
+  if (!zs_image_side(side, p->pixel, gray.side, node, diag)) {
+    zs_gray_clear(&gray);
+    return NULL;
+  }
   const uint32_t count[3] = {gray.width + 2 * MARGIN, gray.height + 2 * MARGIN, 1};
   const float height = 0;
   zs_raster *raster = zs_raster_new(count, &height);
@@ -85,19 +109,20 @@ zs_value zs_raster_emit(zs_compiler *compiler, const zs_raster *raster, const zs
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct image *p = node->parameters;
-  zs_raster *raster = measured(node, zs_compiler_diag(compiler));
+  double pixel;
+  zs_raster *raster = measured(node, &pixel, zs_compiler_diag(compiler));
   if (!raster)
     return zs_emit_constant(compiler, 0);
   if (!zs_compiler_keep(compiler, raster, zs_raster_free))
     return zs_emit_constant(compiler, 0);
-  const zs_image_place place = {p->pixel, raster->count[1] - 2 * MARGIN,
+  const zs_image_place place = {pixel, raster->count[1] - 2 * MARGIN,
                                 {p->origin[0], p->origin[1], 0}, p->y == ZS_IMAGE_Y_DOWN};
   double matrix[12];
   zs_image_matrix(&place, matrix);
   matrix[3] += MARGIN;
   matrix[7] += MARGIN;
   const zs_coordinates own = zs_coordinates_affine(at, matrix);
-  return zs_emit_scaled(compiler, zs_raster_emit(compiler, raster, &own), p->pixel);
+  return zs_emit_scaled(compiler, zs_raster_emit(compiler, raster, &own), pixel);
 }
 
 const zs_kind zs_kind_image = {

@@ -72,6 +72,8 @@ zs_sources += \
   src/nodes/stack.c \
   src/nodes/stack.h \
   src/nodes/stack_read.c \
+  src/nodes/stack_source.c \
+  src/nodes/stack_source.h \
   src/nodes/superellipsoid.c \
   src/nodes/taper.c \
   src/nodes/torus.c \

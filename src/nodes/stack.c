@@ -19,22 +19,23 @@ static const char *const caps[] = {"closed", "open", NULL};
 
 static const zs_attribute attributes[] = {
   {.name = "src", .type = ZS_FILES, .offset = offsetof(struct stack, src), .unit = "",
-   .doc = "the slices: PNG or PGM files by a pattern, such as `slices/*.png`, in natural order "
-          "(9 before 10), or one NRRD, MHD, NIfTI or VTI volume, in its own coordinates"},
+   .doc = "the slices: PNG, PGM or TIFF files by a pattern, such as `slices/*.png`, in natural "
+          "order (9 before 10); the pages of one TIFF file; or one NRRD, MHD, NIfTI or VTI volume, "
+          "in its own coordinates"},
   ZS_LENGTH(struct stack, spacing, "spacing", "1", ZS_RANGE_POSITIVE,
             "how far the files' slices are apart"),
   {.name = "levels", .type = ZS_NUMBERS, .offset = offsetof(struct stack, levels),
    .initial = "", .unit = "length",
    .doc = "instead of `spacing`: where each file's slice lies, ascending; z of `origin` is then "
           "left out"},
-  ZS_IMAGE_PIXEL(struct stack),
+  ZS_IMAGE_PIXEL(struct stack, ""),
   {.name = "level", .type = ZS_NUMBER, .offset = offsetof(struct stack, level), .initial = "",
    .unit = "1",
    .doc = "inside is what is at least as bright, where 0 is black and 1 is white, or in a volume "
           "as large; 0.5 when it is not given"},
-  {.name = "label", .type = ZS_NUMBER, .offset = offsetof(struct stack, label), .initial = "",
+  {.name = "label", .type = ZS_NUMBERS, .offset = offsetof(struct stack, label), .initial = "",
    .unit = "1",
-   .doc = "instead of `level`: inside is what has this number in the file"},
+   .doc = "instead of `level`: inside is what has this number in the file, or one of these"},
   {.name = "every", .type = ZS_INTEGER, .offset = offsetof(struct stack, every), .initial = "1",
    .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1, .maximum = 1e6,
    .doc = "take every n-th slice only, the first one too"},
@@ -110,11 +111,13 @@ static const zs_cache_type type = {ref, unref};
 static bool key_of(const zs_node *node, uint64_t key[2])
 {
   const struct stack *p = node->parameters;
-  const double numbers[] = {p->spacing, p->pixel, isnan(p->level) ? -1 : p->level,
-                            isnan(p->level), isnan(p->label) ? -1 : p->label, isnan(p->label),
-                            p->origin[0], p->origin[1], p->origin[2], p->every, p->method, p->y};
+  const double numbers[] = {p->spacing, isnan(p->pixel) ? -1 : p->pixel,
+                            isnan(p->level) ? -1 : p->level, isnan(p->level),
+                            p->origin[0], p->origin[1], p->origin[2], p->every, p->method, p->y,
+                            (double)p->label.count};
   zs_key_begin(key, "stack");
   zs_key_add(key, numbers, sizeof numbers);
+  zs_key_add(key, p->label.values, p->label.count * sizeof *p->label.values);
   zs_key_add(key, p->levels.values, p->levels.count * sizeof *p->levels.values);
   for (size_t i = 0; i < p->src.count; i++)
     if (!zs_key_add_file(key, p->src.paths[i]))
@@ -135,10 +138,13 @@ static bool check_slices(const zs_node *node, const zs_slices *s, zs_diag *diag)
                         s->count == 1 ? "" : "s");
   if (any)
     return true;
-  return isnan(p->label)
-           ? zs_node_fail(node, diag, zs_node_has(node, "level") ? "level" : "src",
-                          "all %zu slices are empty", s->count)
-           : zs_node_fail(node, diag, "label", "no slice has a %g", p->label);
+  if (p->label.count == 1)
+    return zs_node_fail(node, diag, "label", "no slice has a %g", p->label.values[0]);
+  if (p->label.count)
+    return zs_node_fail(node, diag, "label", "no slice has any of the %zu numbers",
+                        p->label.count);
+  return zs_node_fail(node, diag, zs_node_has(node, "level") ? "level" : "src",
+                      "all %zu slices are empty", s->count);
 }
 
 static bool join(shared *to, const zs_node *node, const zs_stack_read *read,
@@ -163,8 +169,10 @@ static bool join(shared *to, const zs_node *node, const zs_stack_read *read,
 }
 
 /* NULL after reporting. */
-static shared *make(const zs_node *node, const zs_control *control, zs_diag *diag)
+static shared *make(zs_compiler *compiler, const zs_node *node)
 {
+  const zs_control *control = zs_compiler_control(compiler);
+  zs_diag *diag = zs_compiler_diag(compiler);
   zs_stack_read read;
   shared *s = calloc(1, sizeof *s);
   if (!s) {
@@ -172,7 +180,7 @@ static shared *make(const zs_node *node, const zs_control *control, zs_diag *dia
     return NULL;
   }
   atomic_init(&s->references, 1);
-  const bool done = zs_stack_read_slices(&read, node, diag) &&
+  const bool done = zs_stack_read_slices(&read, compiler, node) &&
                     check_slices(node, &read.slices, diag) && join(s, node, &read, control, diag);
   zs_slices_clear(&read.slices);
   if (done)
@@ -184,13 +192,12 @@ static shared *make(const zs_node *node, const zs_control *control, zs_diag *dia
 static shared *find(zs_compiler *compiler, const zs_node *node)
 {
   struct zs_cache *cache = zs_compiler_cache(compiler);
-  zs_diag *diag = zs_compiler_diag(compiler);
   uint64_t key[2];
   const bool has_key = key_of(node, key);
   shared *s = has_key ? zs_cache_find(cache, key, &type) : NULL;
   if (s)
     return s;
-  s = make(node, zs_compiler_control(compiler), diag);
+  s = make(compiler, node);
   /* What cannot be remembered is only made again. */
   if (s && has_key && cache)
     zs_cache_add(cache, key, &type, s);

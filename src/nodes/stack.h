@@ -7,8 +7,8 @@
 
 struct stack {
   zs_files src;
-  double spacing, pixel, level, label, origin[3]; /* level, label: NaN when not given */
-  zs_numbers levels;
+  double spacing, pixel, level, origin[3]; /* NaN: level not given, pixel as in the file */
+  zs_numbers levels, label;                /* label: none when not given */
   int every, method, caps, y;
 };
 
@@ -19,10 +19,13 @@ typedef struct zs_stack_read {
   double matrix[12], pixel;
 } zs_stack_read;
 
-/* Whether the file is one that holds all slices. */
+/* Whether the file is one that holds all slices, and says where they lie. */
 bool zs_stack_is_volume(const zs_node *node);
 
+/* A path without its folders. */
+const char *zs_stack_file_name(const char *path);
+
 /* False after reporting; to be cleared in any case. */
-bool zs_stack_read_slices(zs_stack_read *read, const zs_node *node, zs_diag *diag);
+bool zs_stack_read_slices(zs_stack_read *read, zs_compiler *compiler, const zs_node *node);
 
 #endif

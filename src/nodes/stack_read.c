@@ -1,7 +1,5 @@
 /* Slices from series of pictures, and from volumes. */
-#include "nodes/stack.h"
-
-#include "files/volume_read.h"
+#include "nodes/stack_source.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -14,19 +12,54 @@ bool zs_stack_is_volume(const zs_node *node)
   return src->count == 1 && zs_volume_is_name(src->paths[0]);
 }
 
-static double number_or(double number, double otherwise)
+/* ---- Slices ---------------------------------------------------------------------------- */
+
+static bool is_labelled(const zs_numbers *labels, double number)
 {
-  return isnan(number) ? otherwise : number;
+  for (size_t i = 0; i < labels->count; i++)
+    if (number == labels->values[i])
+      return true;
+  return false;
 }
 
-static bool add(zs_stack_read *read, const zs_picture *picture, double height, zs_diag *diag)
+/* Slice `k` of a source as brightness; its level. */
+static float make_picture(const zs_stack_source *source, const struct stack *p, size_t k,
+                          const double *values, size_t count, float *pixels)
 {
-  return zs_slices_add(&read->slices, picture, height) || zs_fail_memory(diag);
+  const double level = isnan(p->level) ? 0.5 : p->level;
+  const double white = source->white ? source->white[k] : 1;
+  for (size_t i = 0; i < count; i++) /* what is no number is outside */
+    pixels[i] = isnan(values[i])   ? 0
+                : p->label.count  ? (float)is_labelled(&p->label, values[i])
+                : source->white   ? (float)(values[i] / white)
+                                  : (float)fmax(1 + values[i] - level, 0);
+  return p->label.count ? 0.5F : source->white ? (float)level : 1;
+}
+
+static bool add_slice(zs_stack_read *read, const zs_stack_source *source, const zs_node *node,
+                      size_t k, double height, zs_diag *diag)
+{
+  const zs_volume *v = &source->volume;
+  const size_t count = (size_t)v->size[0] * v->size[1];
+  double *values = malloc(count * sizeof *values);
+  float *pixels = malloc(count * sizeof *pixels);
+  bool done = values && pixels;
+  if (done) {
+    zs_volume_values(v, k * count, count, values);
+    const float level = make_picture(source, node->parameters, k, values, count, pixels);
+    const zs_picture picture = {v->size[0], v->size[1], pixels, level};
+    done = zs_slices_add(&read->slices, &picture, height);
+  }
+  if (!done)
+    zs_fail_memory(diag);
+  free(values);
+  free(pixels);
+  return done;
 }
 
 /* ---- Series ---------------------------------------------------------------------------- */
 
-static const char *name_of(const char *path)
+const char *zs_stack_file_name(const char *path)
 {
   const char *slash = strrchr(path, '/');
   return slash ? slash + 1 : path;
@@ -35,7 +68,7 @@ static const char *name_of(const char *path)
 /* The last number in a file's name; -1 when there is none. */
 static double number_in(const char *path)
 {
-  const char *name = name_of(path), *end = name + strlen(name);
+  const char *name = zs_stack_file_name(path), *end = name + strlen(name);
   while (end > name && !isdigit((unsigned char)end[-1]))
     end--;
   const char *begin = end;
@@ -62,60 +95,38 @@ static bool check_series(const zs_node *node, zs_diag *diag)
     if (number_in(p->src.paths[i]) - number_in(p->src.paths[i - 1]) > least)
       return zs_node_fail(node, diag, "src", "a file is missing between '%.80s' and '%.80s'; give "
                           "the heights of all in 'levels' if it should be",
-                          name_of(p->src.paths[i - 1]), name_of(p->src.paths[i]));
+                          zs_stack_file_name(p->src.paths[i - 1]),
+                          zs_stack_file_name(p->src.paths[i]));
   return true;
 }
 
-static void keep_label(zs_gray *gray, double label)
-{
-  for (size_t i = 0; i < (size_t)gray->width * gray->height; i++)
-    gray->pixels[i] = fabs((double)gray->pixels[i] * gray->white - label) < 0.5 ? 1 : 0;
-}
-
-static bool add_picture(zs_stack_read *read, const zs_node *node, size_t i, double height,
-                        zs_diag *diag)
+/* A number of the stack for each slice of its files, or none. */
+static bool check_levels(const zs_stack_source *source, const zs_node *node, zs_diag *diag)
 {
   const struct stack *p = node->parameters;
-  zs_gray gray;
-  if (!zs_gray_read(&gray, p->src.paths[i], diag))
-    return false;
-  const zs_slices *s = &read->slices;
-  bool done = s->count == 0 || (s->width == gray.width + 2 * s->margin &&
-                                s->height == gray.height + 2 * s->margin);
-  if (!done) {
-    zs_node_fail(node, diag, "src", "'%.80s' has %u x %u pixels; those before have %zu x %zu",
-                 name_of(p->src.paths[i]), gray.width, gray.height, s->width - 2 * s->margin,
-                 s->height - 2 * s->margin);
-  } else {
-    if (!isnan(p->label))
-      keep_label(&gray, p->label);
-    const zs_picture picture = {gray.width, gray.height, gray.pixels,
-                                (float)number_or(p->level, 0.5)};
-    done = add(read, &picture, height, diag);
-  }
-  zs_gray_clear(&gray);
-  return done;
+  return !p->levels.count || p->levels.count == source->total ||
+         zs_node_fail(node, diag, "levels", "there are %zu numbers, but %zu %s",
+                      p->levels.count, source->total, p->src.count > 1 ? "files" : "pages");
 }
 
-static bool read_series(zs_stack_read *read, const zs_node *node, zs_diag *diag)
+static bool read_pictures(zs_stack_read *read, const zs_stack_source *source, const zs_node *node,
+                          zs_diag *diag)
 {
   const struct stack *p = node->parameters;
-  if (!p->levels.count && !check_series(node, diag))
+  const zs_volume *v = &source->volume;
+  if (!check_levels(source, node, diag) ||
+      !zs_image_side(&read->pixel, p->pixel, source->side, node, diag))
     return false;
-  if (p->levels.count && p->levels.count != p->src.count)
-    return zs_node_fail(node, diag, "levels", "there are %zu numbers, but %zu files",
-                        p->levels.count, p->src.count);
   const double first = p->levels.count ? p->levels.values[0] : p->origin[2];
-  for (size_t i = 0; i < p->src.count; i += (size_t)p->every) {
+  for (size_t k = 0; k < v->size[2]; k++) {
+    const size_t i = k * (size_t)p->every;
     const double z = p->levels.count ? p->levels.values[i] - first : (double)i * p->spacing;
-    if (!add_picture(read, node, i, z / p->pixel, diag))
+    if (!add_slice(read, source, node, k, z / read->pixel, diag))
       return false;
   }
-  const zs_slices *s = &read->slices;
-  const zs_image_place place = {p->pixel, (double)(s->height - 2 * s->margin),
-                                {p->origin[0], p->origin[1], first}, p->y == ZS_IMAGE_Y_DOWN};
+  const zs_image_place place = {read->pixel, v->size[1], {p->origin[0], p->origin[1], first},
+                                p->y == ZS_IMAGE_Y_DOWN};
   zs_image_matrix(&place, read->matrix);
-  read->pixel = p->pixel;
   return true;
 }
 
@@ -142,53 +153,36 @@ static bool check_volume(const zs_volume *v, const zs_node *node, zs_diag *diag)
   return true;
 }
 
-static bool add_slice(zs_stack_read *read, const zs_volume *v, const zs_node *node, size_t k,
-                      double height, zs_diag *diag)
+static bool read_volume(zs_stack_read *read, const zs_stack_source *source, const zs_node *node,
+                        zs_diag *diag)
 {
   const struct stack *p = node->parameters;
-  const size_t count = (size_t)v->size[0] * v->size[1];
-  double *values = malloc(count * sizeof *values);
-  float *pixels = malloc(count * sizeof *pixels);
-  bool done = values && pixels;
-  if (done) {
-    zs_volume_values(v, k * count, count, values);
-    const double level = number_or(p->level, 0.5);
-    for (size_t i = 0; i < count; i++) /* what is no number is outside */
-      pixels[i] = isnan(values[i])    ? 0
-                  : !isnan(p->label) ? (float)(values[i] == p->label)
-                                     : (float)fmax(1 + values[i] - level, 0);
-    const zs_picture picture = {v->size[0], v->size[1], pixels, isnan(p->label) ? 1 : 0.5F};
-    done = add(read, &picture, height, diag);
-  } else {
-    zs_fail_memory(diag);
-  }
-  free(values);
-  free(pixels);
-  return done;
-}
-
-static bool read_volume(zs_stack_read *read, const zs_node *node, zs_diag *diag)
-{
-  const struct stack *p = node->parameters;
-  zs_volume v;
-  if (!zs_volume_read(&v, p->src.paths[0], diag))
+  const zs_volume *v = &source->volume;
+  if (!check_volume(v, node, diag))
     return false;
-  bool done = check_volume(&v, node, diag);
-  if (done && !zs_affine_invert(v.matrix, read->matrix))
-    done = zs_node_fail(node, diag, "src", "the axes of the volume lie in a plane");
-  read->pixel = column_length(v.matrix, 0);
-  const double apart = column_length(v.matrix, 2) / read->pixel;
-  for (size_t k = 0; done && k < v.size[2]; k += (size_t)p->every)
-    done = add_slice(read, &v, node, k, (double)k * apart, diag);
-  zs_volume_clear(&v);
+  if (!zs_affine_invert(v->matrix, read->matrix))
+    return zs_node_fail(node, diag, "src", "the axes of the volume lie in a plane");
+  read->pixel = column_length(v->matrix, 0);
+  const double apart = column_length(v->matrix, 2) / read->pixel;
+  for (size_t k = 0; k < v->size[2]; k += (size_t)p->every)
+    if (!add_slice(read, source, node, k, (double)k * apart, diag))
+      return false;
   for (int k = 8; k < 12; k++) /* heights are in pixels */
     read->matrix[k] *= apart;
-  return done;
+  return true;
 }
 
-bool zs_stack_read_slices(zs_stack_read *read, const zs_node *node, zs_diag *diag)
+bool zs_stack_read_slices(zs_stack_read *read, zs_compiler *compiler, const zs_node *node)
 {
+  const struct stack *p = node->parameters;
+  zs_diag *diag = zs_compiler_diag(compiler);
+  const bool volume = zs_stack_is_volume(node);
   *read = (zs_stack_read){.pixel = 1};
-  return zs_stack_is_volume(node) ? read_volume(read, node, diag)
-                                  : read_series(read, node, diag);
+  if (!volume && !p->levels.count && !check_series(node, diag))
+    return false;
+  zs_stack_source *source = zs_stack_source_find(compiler, node);
+  const bool done = source && (volume ? read_volume(read, source, node, diag)
+                                      : read_pictures(read, source, node, diag));
+  zs_stack_source_unref(source);
+  return done;
 }

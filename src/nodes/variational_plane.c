@@ -61,7 +61,7 @@ static const zs_attribute contour_attributes[] = {
 
 static const zs_attribute image_attributes[] = {
   {.name = "src", .type = ZS_FILE, .offset = offsetof(struct picture, src), .unit = "",
-   .doc = "a PNG or PGM file of 8 or 16 bits; white is inside"},
+   .doc = "a PNG or PGM file, or the first page of a TIFF file; white is inside"},
   ZS_LENGTH(struct picture, pixel, "pixel", "1", ZS_RANGE_POSITIVE, "side of a pixel"),
   {.name = "level", .type = ZS_NUMBER, .offset = offsetof(struct picture, level),
    .initial = "0.5", .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 0.001, .maximum = 1,
@@ -199,7 +199,7 @@ bool zs_variational_add_image(zs_rbf_samples *list, const zs_node *part, bool *e
   const zs_rbf_plane plane = plane_of(&p->plane, p->pixel);
   const size_t before = list->count;
   zs_gray gray;
-  if (!zs_gray_read(&gray, p->src, diag))
+  if (!zs_gray_read(&gray, p->src, 1, diag))
     return false;
   const bool done = zs_rbf_picture_add(list, &gray, p->level, p->y != Y_UP, &plane, diag);
   zs_gray_clear(&gray);
@@ -226,7 +226,7 @@ bool zs_variational_add_empty(zs_rbf_samples *list, const zs_node *part, zs_diag
   const zs_rbf_plane plane = plane_of(&p->plane, p->pixel);
   const size_t count = list->count;
   zs_gray gray;
-  if (!zs_gray_read(&gray, p->src, diag))
+  if (!zs_gray_read(&gray, p->src, 1, diag))
     return false;
   const double width = gray.width, height = gray.height;
   zs_gray_clear(&gray);

@@ -56,7 +56,7 @@ static void pngs_are_read(void **state)
         image.pixels[i] = (uint8_t)((i / channels) * 89 + 1); /* r = g = b */
       assert_true(zs_image_write(&image, path, NULL));
       zs_gray gray;
-      assert_true(zs_gray_read(&gray, path, NULL));
+      assert_true(zs_gray_read(&gray, path, 1, NULL));
       assert_int_equal(gray.width, width);
       assert_int_equal(gray.height, 5);
       for (size_t i = 0; i < (size_t)width * 5; i++)
@@ -75,7 +75,7 @@ static void two_tone_and_deep_pngs_are_read(void **state)
   const char *path = scratch_path(&here, "bits.png"); /* of one bit a pixel */
   assert_true(zs_image_write(&image, path, NULL));
   zs_gray gray;
-  assert_true(zs_gray_read(&gray, path, NULL));
+  assert_true(zs_gray_read(&gray, path, 1, NULL));
   for (int i = 0; i < 4; i++)
     assert_true(near(gray.pixels[i], bits[i] / 255));
   zs_gray_clear(&gray);
@@ -96,7 +96,7 @@ static void two_tone_and_deep_pngs_are_read(void **state)
   png_write_end(png, info);
   png_destroy_write_struct(&png, &info);
   assert_int_equal(fclose(file), 0);
-  assert_true(zs_gray_read(&gray, path, NULL));
+  assert_true(zs_gray_read(&gray, path, 1, NULL));
   for (int i = 0; i < 4; i++)
     assert_true(near(gray.pixels[i], deep[i] / 65535.0));
   zs_gray_clear(&gray);
@@ -115,7 +115,7 @@ static void pgms_are_read(void **state)
   for (size_t f = 0; f < 3; f++) {
     const size_t length = files[f].length ? files[f].length : strlen(files[f].bytes);
     zs_gray gray;
-    assert_true(zs_gray_read(&gray, written("a.pgm", files[f].bytes, length), NULL));
+    assert_true(zs_gray_read(&gray, written("a.pgm", files[f].bytes, length), 1, NULL));
     assert_int_equal(gray.width, 3);
     assert_int_equal(gray.height, 2);
     for (int i = 0; i < 6; i++)
@@ -156,14 +156,14 @@ static void bad_files_are_refused(void **state)
     zs_diag diag = {.report = keep_message, .context = message};
     zs_gray gray;
     const char *path = written("bad", cases[i].bytes, strlen(cases[i].bytes));
-    assert_false(zs_gray_read(&gray, path, &diag));
+    assert_false(zs_gray_read(&gray, path, 1, &diag));
     assert_null(gray.pixels);
     if (!strstr(message, cases[i].message))
       fail_msg("case %zu: %s", i, message);
   }
   zs_gray gray;
   zs_diag diag = {0};
-  assert_false(zs_gray_read(&gray, scratch_path(&here, "absent.png"), &diag));
+  assert_false(zs_gray_read(&gray, scratch_path(&here, "absent.png"), 1, &diag));
   assert_int_equal(diag.status, ZS_ERROR_IO);
 }
 
@@ -182,7 +182,7 @@ static void truncated_pngs_are_refused(void **state)
   char *bytes = read_whole(path, &length);
   for (size_t n = 0; n + 12 < length; n += 7) { /* the last chunk has no data */
     zs_gray gray;
-    assert_false(zs_gray_read(&gray, written("part.png", bytes, n), NULL));
+    assert_false(zs_gray_read(&gray, written("part.png", bytes, n), 1, NULL));
     assert_null(gray.pixels);
   }
   free(bytes);

@@ -3,6 +3,7 @@
 #include "scene_text.h"
 
 #include <math.h>
+#include <tiffio.h>
 
 enum { WIDTH = 20, HEIGHT = 16 };
 
@@ -144,6 +145,107 @@ static void test_labels(void **unused)
   assert_true(value_in(all, 8, 8, 8) < 0); /* there it is another one */
 }
 
+/* One number, several, and a file that two stacks share. */
+static void test_several_labels(void **unused)
+{
+  (void)unused;
+  FILE *file = create("three.nrrd");
+  fprintf(file, "NRRD0004\ntype: int16\ndimension: 3\nsizes: 12 12 4\nencoding: raw\n"
+                "endian: little\n\n");
+  for (int i = 0; i < 12 * 12 * 4; i++) { /* columns of four pixels: -1, 2, 300 */
+    const int label = i % 12 < 4 ? -1 : i % 12 < 8 ? 2 : 300;
+    fputc(label & 255, file);
+    fputc(label >> 8 & 255, file);
+  }
+  assert_int_equal(fclose(file), 0);
+  static const struct {
+    const char *label;
+    bool inside[3];
+  } cases[] = {{"-1", {true, false, false}}, {"2", {false, true, false}},
+               {"300", {false, false, true}}, {"-1 300", {true, false, true}},
+               {"300, 2", {false, true, true}}, {"2 7", {false, true, false}}};
+  for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++)
+    for (int k = 0; k < 3; k++) {
+      char text[200];
+      snprintf(text, sizeof text, DOMAIN "<stack src='three.nrrd' label='%s'/>", cases[c].label);
+      assert_int_equal(value_in(text, 1.5 + 4 * k, 6, 1.5) > 0, cases[c].inside[k]);
+    }
+  /* Two solids of one file in one scene. */
+  const char *both = DOMAIN "<difference><stack src='three.nrrd' label='-1 2'/>"
+                            "<stack src='three.nrrd' label='2'/></difference>";
+  assert_true(value_in(both, 1.5, 6, 1.5) > 0);
+  assert_true(value_in(both, 5.5, 6, 1.5) < 0);
+}
+
+/* ---- TIFF -------------------------------------------------------------------------------- */
+
+/* Pages of a disc that moves to the right by one a page; its number is 3 for even pages. */
+static void write_pages(const char *name, const char *mode, int first, int count)
+{
+  TIFF *file = TIFFOpen(scratch_path(&folder, name), mode);
+  assert_non_null(file);
+  for (int page = first; page < first + count; page++) {
+    TIFFSetField(file, TIFFTAG_IMAGEWIDTH, WIDTH);
+    TIFFSetField(file, TIFFTAG_IMAGELENGTH, HEIGHT);
+    TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 8);
+    TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(file, TIFFTAG_RESOLUTIONUNIT, RESUNIT_CENTIMETER);
+    TIFFSetField(file, TIFFTAG_XRESOLUTION, 20.0); /* half a millimetre a pixel */
+    TIFFSetField(file, TIFFTAG_YRESOLUTION, 20.0);
+    for (int y = 0; y < HEIGHT; y++) {
+      uint8_t row[WIDTH];
+      for (int x = 0; x < WIDTH; x++)
+        row[x] = hypot(x + 0.5 - 5 - page, y + 0.5 - 8) <= 4 ? (page % 2 ? 255 : 3) : 0;
+      assert_int_equal(TIFFWriteScanline(file, row, (uint32_t)y, 0), 1);
+    }
+    assert_true(TIFFWriteDirectory(file));
+  }
+  TIFFClose(file);
+}
+
+/* The pages of one file are the same stack as files of one page. */
+static void test_tiff(void **unused)
+{
+  (void)unused;
+  static const char *const rest[] = {"level='0.01'", "level='0.01' every='2' pixel='0.5'",
+                                     "level='0.01' pixel='file'", "label='3'",
+                                     "level='0.01' levels='0 1 2 4 5.5'"};
+  write_pages("pages.tif", "w", 0, 5);
+  for (int page = 0; page < 5; page++) {
+    char name[20];
+    snprintf(name, sizeof name, "one%d.tiff", page);
+    write_pages(name, page % 2 ? "wb" : "wl", page, 1);
+  }
+  for (unsigned i = 0; i < sizeof rest / sizeof *rest; i++) {
+    char together[200], apart[200];
+    snprintf(together, sizeof together, DOMAIN "<stack src='pages.tif' %s caps='open'/>", rest[i]);
+    snprintf(apart, sizeof apart, DOMAIN "<stack src='one*.tiff' %s caps='open'/>", rest[i]);
+    zs_field *a = compile(together), *b = compile(apart);
+    zs_eval *eval_a = evaluator(a), *eval_b = evaluator(b);
+    uint64_t seed = i;
+    for (int n = 0; n < 200; n++) {
+      const double p[3] = {random_between(&seed, 0, 20), random_between(&seed, 0, 16),
+                           random_between(&seed, -1, 6)};
+      assert_true(zs_eval_point(eval_a, p) == zs_eval_point(eval_b, p));
+    }
+    /* The first page's disc is where it should be. */
+    const double pixel = strstr(rest[i], "pixel") ? 0.5 : 1;
+    assert_true(fabs(middle_at(eval_a, 0, 0, 20 * pixel, 8 * pixel) - 5 * pixel) < 0.2);
+    zs_eval_free(eval_a);
+    zs_eval_free(eval_b);
+    zs_field_unref(a);
+    zs_field_unref(b);
+  }
+  /* Single pages as plane shapes. */
+  for (int page = 0; page < 5; page++) {
+    char text[200];
+    snprintf(text, sizeof text, DOMAIN "<image src='pages.tif' page='%d' level='0.01'/>", page + 1);
+    assert_true(value_in(text, 1.6 + page, 8, 0) > 0 && value_in(text, 0.4 + page, 8, 0) < 0);
+    assert_true(value_in(text, 8.4 + page, 8, 0) > 0 && value_in(text, 9.6 + page, 8, 0) < 0);
+  }
+}
+
 /* A volume with other sides and axes: the file says where it lies. */
 static void test_volume(void **unused)
 {
@@ -200,6 +302,19 @@ static void test_bad_input(void **unused)
   write_text("cut.pgm", "P2\n3 3\n255\n0 0 0");
   write_text("thick.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1 1 2\n"
                            "spacings: 1 2 1\nencoding: ascii\n\n1 1");
+  write_pages("pages.tif", "w", 0, 3);
+  write_pages("more1.tif", "w", 0, 1);
+  write_pages("more2.tif", "w", 0, 2);
+  expect("<image src='pages.tif' page='4'/>", "there is no page 4; the file has 3");
+  expect("<image src='pages.tif' page='0'/>", "expected a whole number");
+  expect("<image src='run8.pgm' page='2'/>", "there is no page 2; the file has 1");
+  expect("<image src='run8.pgm' pixel='file'/>", "does not say how large pixels are");
+  expect("<image src='run8.pgm' pixel='none'/>", "expected 'file' or a length");
+  expect("<stack src='run*.pgm' pixel='file'/>", "does not say how large pixels are");
+  expect("<stack src='more*.tif'/>", "'more2.tif' has several pages; expected");
+  expect("<stack src='more1.tif'/>", "found 1 slice; expected at least 2");
+  expect("<stack src='pages.tif' levels='1 2'/>", "there are 2 numbers, but 3 pages");
+  expect("<stack src='run*.pgm' label='4 5'/>", "no slice has any of the 2 numbers");
   expect("<image src='none.png'/>", "'none.png' cannot be opened");
   expect("<image src='black1.pgm'/>", "no pixel of the picture is as bright as the level, 0.5");
   expect("<image src='cut.pgm'/>", "ends too early");
@@ -237,7 +352,8 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_image),     cmocka_unit_test(test_series),
     cmocka_unit_test(test_levels_and_every), cmocka_unit_test(test_caps),
-    cmocka_unit_test(test_labels),    cmocka_unit_test(test_volume),
+    cmocka_unit_test(test_labels),    cmocka_unit_test(test_several_labels),
+    cmocka_unit_test(test_tiff),      cmocka_unit_test(test_volume),
     cmocka_unit_test(test_bad_input), cmocka_unit_test(test_gap_with_levels),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
