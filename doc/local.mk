@@ -14,6 +14,7 @@ gallery_pictures = \
   doc/gallery/bracket-slice.png \
   doc/gallery/bracket.png \
   doc/gallery/bunny.png \
+  doc/gallery/candlestick.png \
   doc/gallery/column.png \
   doc/gallery/contours.png \
   doc/gallery/creature.png \
@@ -40,7 +41,7 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny column contours creature cup figurine flange influence letters loft \
+	for name in bracket bunny candlestick column contours creature cup figurine flange influence letters loft \
 	    morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \

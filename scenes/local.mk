@@ -3,6 +3,7 @@ EXTRA_DIST += \
   scenes/bracket.xml \
   scenes/bunny.obj \
   scenes/bunny.xml \
+  scenes/candlestick.xml \
   scenes/column.xml \
   scenes/contours.xml \
   scenes/creature.xml \

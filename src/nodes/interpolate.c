@@ -1,50 +1,25 @@
 #include "nodes/interpolate.h"
 
-#include "field/blend.h"
 #include "nodes/extent.h"
 
 #include <math.h>
 #include <string.h>
 
-/* ---- level, a part ----------------------------------------------------------- */
-
-struct level {
-  double at;
-};
-
-static const zs_attribute level_attributes[] = {
-  ZS_LENGTH(struct level, at, "at", NULL, ZS_RANGE_ANY, "where on the axis the shape lies"),
-};
-
-static const zs_kind level = {
-  .name = "level",
-  .family = ZS_FAMILY_PART,
-  .summary = "a shape, and where it lies",
-  .attributes = level_attributes,
-  .attribute_count = ZS_COUNT_OF(level_attributes),
-  .parameters_size = sizeof(struct level),
-  .children = ZS_CHILDREN_ONE,
-};
-
-static const zs_kind *const parts[] = {&level, &zs_interpolate_between, NULL};
-
-static double height_of(const zs_node *part)
-{
-  return ((const struct level *)part->parameters)->at;
-}
+static const zs_kind *const parts[] = {&zs_interpolate_level, &zs_interpolate_between, NULL};
 
 /* ---- interpolate ----------------------------------------------------------- */
 
-enum { EXTENDED, LINEAR };
+enum { EXTENDED, LINEAR, SPACE_TIME };
 enum { CLOSED, OPEN, ROUND };
 enum { C0, C1 };
-static const char *const methods[] = {"extended", "linear", NULL};
+static const char *const methods[] = {"extended", "linear", "space-time", NULL};
 static const char *const caps[] = {"closed", "open", "round", NULL};
 static const char *const centers[] = {"moving", "fixed", NULL};
 static const char *const continuities[] = {"c0", "c1", NULL};
 
 struct interpolate {
   int axis, method, centers, continuity, caps;
+  double time;
 };
 
 static const zs_attribute attributes[] = {
@@ -52,7 +27,9 @@ static const zs_attribute attributes[] = {
           "direction in which the levels follow each other; the shapes' plane is across it"),
   ZS_SELECT(struct interpolate, method, "method", "extended", methods,
             "`linear`: f of the two levels beside the point, weighted by how near they are; "
-            "`extended`: the same of shapes that move and fill as `between` parts say"),
+            "`extended`: the same of shapes that move and fill as `between` parts say; "
+            "`space-time`: shapes that do not change until the middle of the gap, and then end, "
+            "joined by a `space-time-blend`"),
   ZS_SELECT(struct interpolate, centers, "centers", "moving", centers,
             "`moving`: the points of pairs are where their paths lead at every height; `fixed`: "
             "displacements belong to the ends of pairs, and between the levels points keep to "
@@ -64,15 +41,20 @@ static const zs_attribute attributes[] = {
             "`closed`: the solid ends at the first and the last level; `open`: it goes on as they "
             "are; `round`: beyond them f falls with the square of the distance over the nearest "
             "gap's height"),
+  {.name = "time", .type = ZS_NUMBER, .offset = offsetof(struct interpolate, time), .initial = "0",
+   .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 0, .maximum = 1,
+   .doc = "how far pairs have moved to their `from-end` and `to-end`: a parameter here animates "
+          "them"},
 };
 
 /* Whether a part of <interpolate> may stand where it does. */
-static bool check_between(const zs_node *part, const zs_node *before, const zs_node *next,
-                          bool smooth, zs_diag *diag)
+static bool check_between(const struct interpolate *p, const zs_node *part, const zs_node *before,
+                          const zs_node *next, zs_diag *diag)
 {
-  if (!before || before->kind != &level || !next)
+  if (!before || before->kind != &zs_interpolate_level || !next)
     return zs_node_misuse(part, diag, NULL, "expected one between two levels");
-  return !smooth || zs_between_check_smooth(part, diag);
+  return zs_between_check_method(part, p->method == SPACE_TIME, diag) &&
+         (p->continuity == C0 || zs_between_check_smooth(part, diag));
 }
 
 static bool check(const zs_node *node, zs_diag *diag)
@@ -84,14 +66,14 @@ static bool check(const zs_node *node, zs_diag *diag)
     const zs_node *part = node->children[i];
     if (part->kind == &zs_interpolate_between) {
       const zs_node *next = i + 1 < node->child_count ? node->children[i + 1] : NULL;
-      if (!check_between(part, i ? node->children[i - 1] : NULL, next, p->continuity == C1, diag))
+      if (!check_between(p, part, i ? node->children[i - 1] : NULL, next, diag))
         return false;
     }
-    if (part->kind != &level)
+    if (part->kind != &zs_interpolate_level)
       continue;
-    if (below && !(height_of(below) < height_of(part)))
+    if (below && !(zs_level_height(below) < zs_level_height(part)))
       return zs_node_fail(part, diag, "at", "%g does not lie beyond the level before, at %g",
-                          height_of(part), height_of(below));
+                          zs_level_height(part), zs_level_height(below));
     below = part;
     count++;
   }
@@ -119,7 +101,7 @@ typedef struct builder {
 
 static double length_of(const gap *g)
 {
-  return height_of(g->above) - height_of(g->below);
+  return zs_level_height(g->above) - zs_level_height(g->below);
 }
 
 static bool find_gaps(builder *b, const zs_node *node)
@@ -130,15 +112,16 @@ static bool find_gaps(builder *b, const zs_node *node)
     return zs_fail_memory(zs_compiler_diag(b->compiler));
   for (size_t i = 0; i < node->child_count; i++) {
     const zs_node *part = node->children[i];
-    if (part->kind != &level) {
-      between = b->settings->method == EXTENDED ? part : NULL;
+    if (part->kind != &zs_interpolate_level) {
+      between = b->settings->method == LINEAR ? NULL : part;
       continue;
     }
     if (below) {
       const zs_interpolate_centers how = (zs_interpolate_centers)b->settings->centers;
       const zs_node *const levels[2] = {below, part};
       b->gaps[b->count++] =
-        (gap){below, part, between, zs_between_flows_make(b->compiler, between, levels, how)};
+        (gap){below, part, between,
+              zs_between_flows_make(b->compiler, between, levels, how, b->settings->time)};
     }
     below = part;
     between = NULL;
@@ -170,8 +153,8 @@ static zs_value emit_linear(const builder *b)
   for (size_t i = 0; i < b->count; i++) {
     const zs_node *above = b->gaps[i].above;
     f = zs_emit_operation(b->compiler, &zs_interpolation, NULL, f, shape(b, above, b->along),
-                          position(b->compiler, b->along, height_of(b->gaps[i].below),
-                                   height_of(above)));
+                          position(b->compiler, b->along, zs_level_height(b->gaps[i].below),
+                                   zs_level_height(above)));
   }
   return f;
 }
@@ -250,36 +233,51 @@ static zs_value slope_at(const builder *b, size_t i, const zs_coordinates *at)
                 binary(b, least, down, number(b, 0)));
 }
 
+/* f between the two shapes of gap i, each at the point that it is moved from, at the part t of
+ * the way. */
+static zs_value join(const builder *b, size_t i, zs_value t, const zs_coordinates at[2])
+{
+  const gap *g = &b->gaps[i];
+  const bool smooth = b->settings->continuity == C1;
+  const zs_value below = shape(b, g->below, &at[0]), above = shape(b, g->above, &at[1]);
+  const double length = length_of(g);
+  if (b->settings->method == SPACE_TIME) { /* which is smooth of itself */
+    const zs_space_time blend = zs_between_space_time(g->between, length);
+    return zs_space_time_emit(b->compiler, &blend, below, above, scaled(b, t, length), NULL);
+  }
+  const zs_value weight =
+    smooth ? smooth_step(b, t) : zs_between_weight(b->compiler, g->between, t);
+  const zs_value f =
+    zs_emit_operation(b->compiler, &zs_interpolation, NULL, below, above, weight);
+  if (!smooth)
+    return f;
+  const zs_value from = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, false),
+                               scaled(b, slope_at(b, i, &at[0]), length));
+  const zs_value to = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, true),
+                             scaled(b, slope_at(b, i + 1, &at[1]), length));
+  return binary(b, ZS_FUNCTION_ADD, f, binary(b, ZS_FUNCTION_SUBTRACT, from, to));
+}
+
 /* f in gap i, beyond it as on its levels. */
 static zs_value emit_gap(const builder *b, size_t i)
 {
   const gap *g = &b->gaps[i];
-  zs_value t = position(b->compiler, b->along, height_of(g->below), height_of(g->above));
+  const double lo = zs_level_height(g->below), hi = zs_level_height(g->above);
+  zs_value t = position(b->compiler, b->along, lo, hi);
   t = binary(b, ZS_FUNCTION_MINIMUM, binary(b, ZS_FUNCTION_MAXIMUM, t, number(b, 0)),
              number(b, 1));
-  const bool smooth = b->settings->continuity == C1;
   zs_coordinates at[2] = {*b->along, *b->along};
   if (g->flows.side[0]) {
+    const bool smooth = b->settings->continuity == C1;
     const zs_value motion =
       zs_between_motion(b->compiler, g->between, smooth ? smooth_step(b, t) : t);
     for (int side = 0; side < 2; side++)
       at[side] = zs_between_warp(b->compiler, &g->flows, side, motion, b->along);
   }
-  const zs_value weight =
-    smooth ? smooth_step(b, t) : zs_between_weight(b->compiler, g->between, t);
-  zs_value f = zs_emit_operation(b->compiler, &zs_interpolation, NULL,
-                                 shape(b, g->below, &at[0]), shape(b, g->above, &at[1]), weight);
-  if (smooth) {
-    const double length = length_of(g);
-    const zs_value from = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, false),
-                                 scaled(b, slope_at(b, i, &at[0]), length));
-    const zs_value to = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, true),
-                               scaled(b, slope_at(b, i + 1, &at[1]), length));
-    f = binary(b, ZS_FUNCTION_ADD, f, binary(b, ZS_FUNCTION_SUBTRACT, from, to));
-  }
-  if (g->between)
-    f = binary(b, ZS_FUNCTION_ADD, f, zs_between_filling(b->compiler, g->between, t));
-  return f;
+  const zs_value f = join(b, i, t, at);
+  return g->between
+           ? binary(b, ZS_FUNCTION_ADD, f, zs_between_filling(b->compiler, g->between, t))
+           : f;
 }
 
 static zs_value emit_extended(const builder *b)
@@ -288,7 +286,7 @@ static zs_value emit_extended(const builder *b)
   zs_value f = emit_gap(b, 0);
   for (size_t i = 1; i < b->count; i++) {
     const zs_value beyond =
-      binary(b, ZS_FUNCTION_LESS_EQUAL, number(b, height_of(b->gaps[i].below)), z);
+      binary(b, ZS_FUNCTION_LESS_EQUAL, number(b, zs_level_height(b->gaps[i].below)), z);
     f = zs_emit(b->compiler, ZS_FUNCTION_SELECT, beyond, emit_gap(b, i), f);
   }
   return f;
@@ -314,12 +312,12 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   builder b = {.compiler = compiler, .settings = p, .along = &along};
   if (!find_gaps(&b, node) || !b.count)
     return number(&b, 0);
-  bool plain = p->continuity == C0;
+  bool plain = p->continuity == C0 && p->method != SPACE_TIME;
   for (size_t i = 0; i < b.count; i++)
     plain = plain && !b.gaps[i].between;
   const zs_value f = plain ? emit_linear(&b) : emit_extended(&b);
   const gap *first = &b.gaps[0], *last = &b.gaps[b.count - 1];
-  const double lo = height_of(first->below), hi = height_of(last->above);
+  const double lo = zs_level_height(first->below), hi = zs_level_height(last->above);
   if (p->caps == CLOSED)
     return zs_emit_cut(compiler, f, &along, lo, hi);
   if (p->caps == OPEN)
@@ -329,19 +327,11 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
 
 /* ---- Where it is ---------------------------------------------------------------------- */
 
-/* By a piece of its cylinder. */
-bool zs_level_box(const zs_node *part, double lo[3], double hi[3])
+/* How far from the shapes, if their values are distances, a gap's blend may reach. */
+static double swelling_of(const zs_node *between, double length)
 {
-  zs_diag diag = {0};
-  zs_compiler *compiler = zs_compiler_new(NULL, NULL, &diag);
-  if (!compiler)
-    return false;
-  const zs_coordinates root = zs_coordinates_root();
-  const zs_value f = zs_emit_cut(compiler, zs_children_emit(compiler, part, &root), &root, -1, 1);
-  zs_field *field = zs_compiler_finish(compiler, f, 1);
-  const bool found = field && !diag.errors && zs_field_box(field, lo, hi, &diag);
-  zs_field_unref(field);
-  return found;
+  const zs_space_time blend = zs_between_space_time(between, length);
+  return ZS_BOUNDED_BLEND_SWELLING * (fmax(blend.blend.a0, 0) + fmax(blend.smoothing, 0));
 }
 
 /* Around all shapes, with room for what moves between them. */
@@ -353,28 +343,34 @@ static zs_box box(const zs_node *node, const zs_box *children, size_t count)
   const struct interpolate *p = node->parameters;
   zs_box around = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   size_t levels = 0;
-  double last = 0, gap_before = 0, gap_first = NAN;
+  double last = 0, gap_before = 0, gap_first = NAN, swelling = 0;
+  const zs_node *between = NULL;
   for (size_t i = 0; i < node->child_count; i++) {
     const zs_node *part = node->children[i];
     double lo[3], hi[3];
-    if (part->kind != &level)
+    if (part->kind != &zs_interpolate_level) {
+      between = part;
       continue;
+    }
     if (levels++ == MOST_LEVELS || !zs_level_box(part, lo, hi))
       return zs_box_everything();
     for (int k = 0; k < 2; k++) {
       around.lo[k] = fmin(around.lo[k], lo[k]);
       around.hi[k] = fmax(around.hi[k], hi[k]);
     }
-    around.lo[2] = fmin(around.lo[2], height_of(part));
-    around.hi[2] = fmax(around.hi[2], height_of(part));
-    gap_before = levels > 1 ? height_of(part) - last : 0;
+    around.lo[2] = fmin(around.lo[2], zs_level_height(part));
+    around.hi[2] = fmax(around.hi[2], zs_level_height(part));
+    gap_before = levels > 1 ? zs_level_height(part) - last : 0;
     gap_first = levels == 2 ? gap_before : gap_first;
-    last = height_of(part);
+    if (levels > 1 && p->method == SPACE_TIME)
+      swelling = fmax(swelling, swelling_of(between, gap_before));
+    between = NULL;
+    last = zs_level_height(part);
   }
   const double width = fmax(around.hi[0] - around.lo[0], around.hi[1] - around.lo[1]);
   for (int k = 0; k < 2; k++) {
-    around.lo[k] -= MARGIN * width;
-    around.hi[k] += MARGIN * width;
+    around.lo[k] -= MARGIN * width + swelling;
+    around.hi[k] += MARGIN * width + swelling;
   }
   if (p->caps == ROUND) { /* no shape is deeper than half its width */
     around.lo[2] -= sqrt(width / 2 * gap_first);
@@ -399,12 +395,15 @@ const zs_kind zs_kind_interpolate = {
          "to 1. A `between` part in the gap moves the shapes while they become each other: points "
          "of its pairs are carried from level to level, and everything around them by the thin "
          "plate spline through them; one pair is a translation, two a turn and a change of size as "
-         "well. On every level f is that of its shape. Closed ends are cut by the slab between the "
+         "well. A space-time blend adds material half-way instead of weighting, so that shapes "
+         "need not overlap; it has no creases across levels. On every level f is that of its "
+         "shape. Closed ends are cut by the slab between the "
          "first and the last level.",
   .source = "J. Parulek, M. Sramek, Implicit modeling by metamorphosis of 2D shapes, 2007, "
             "equations 9 to 18, with pull-backs and weights put right; D. Cohen-Or, D. Levin, A. "
             "Solomovici, Three-dimensional distance field metamorphosis, 1998, equations 16 and "
-            "17; B. Payne, A. Toga, Distance field manipulation of surface models, 1992",
+            "17; G. Pasko, A. Pasko, T. Kunii, Space-time blending, 2004; B. Payne, "
+            "A. Toga, Distance field manipulation of surface models, 1992",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),
   .parameters_size = sizeof(struct interpolate),

@@ -1,80 +1,33 @@
-/* <between> and its pairs: extended interpolation of Parulek and Sramek, with what is wrong
- * in print put right: the lower shape is pulled back by displacements that belong to the
- * places where its points arrive, the upper one by those of where they start. */
+/* <between>: weights, filling and motion of one gap. */
 #include "nodes/interpolate.h"
 
 #include <math.h>
 #include <string.h>
 
-/* ---- pair, a part ------------------------------------------------------------- */
-
-struct pair {
-  double from[2], to[2];
-  zs_numbers points;
-};
-
-#define PLACE(member, name_, doc_) \
-  {.name = name_, .type = ZS_VECTOR2, .offset = offsetof(struct pair, member), .initial = "", \
-   .unit = "length", .doc = doc_}
-
-static const zs_attribute pair_attributes[] = {
-  PLACE(from, "from", "a point of the shape below"),
-  PLACE(to, "to", "the point of the shape above that it becomes"),
-  {.name = "points", .type = ZS_NUMBERS, .offset = offsetof(struct pair, points), .initial = "",
-   .unit = "length",
-   .doc = "instead of `from` and `to`: x and y of the points of a curve from the one to the "
-          "other, along which the point moves"},
-};
-
-static bool check_pair(const zs_node *node, zs_diag *diag)
-{
-  const struct pair *p = node->parameters;
-  const bool from = zs_node_has(node, "from"), to = zs_node_has(node, "to");
-  if (zs_node_has(node, "points")) {
-    if (from || to)
-      return zs_node_misuse(node, diag, "points", "'points' cannot be combined with '%s'",
-                            from ? "from" : "to");
-    return (p->points.count % 2 == 0 && p->points.count >= 4) ||
-           zs_node_fail(node, diag, "points", "there are %zu numbers; expected x and y of at "
-                        "least 2 points", p->points.count);
-  }
-  if (from && to)
-    return true;
-  return zs_node_misuse(node, diag, from ? "from" : to ? "to" : NULL,
-                        from || to ? "'from' and 'to' go together; '%s' is missing"
-                                   : "expected 'from' and 'to', or 'points'",
-                        from ? "to" : "from");
-}
-
-static const zs_kind pair = {
-  .name = "pair",
-  .family = ZS_FAMILY_PART,
-  .summary = "a point of the shape below, and the one above that it becomes",
-  .doc = "x and y are in the shapes' plane: with axis=\"x\" they are y and z, with axis=\"y\" z "
-         "and x.",
-  .attributes = pair_attributes,
-  .attribute_count = ZS_COUNT_OF(pair_attributes),
-  .parameters_size = sizeof(struct pair),
-  .children = ZS_CHILDREN_NONE,
-  .check = check_pair,
-};
-
 /* ---- between, a part ------------------------------------------------------------ */
 
 struct between {
-  double ha, hb, fill, wc, wd;
+  double ha, hb, fill, wc, wd, time;
+  zs_bounded_blend blend;
+  double b0;
   const char *weight;
   int correspondence;
 };
 
 enum { GIVEN, AUTO };
 static const char *const correspondences[] = {"pairs", "auto", NULL};
+static const char *const automatic[] = {"auto", NULL};
 
 /* A power of more than nothing whose slope stays finite. */
 #define EXPONENT(member, name_, initial_, doc_) \
   {.name = name_, .type = ZS_NUMBER, .offset = offsetof(struct between, member), \
    .initial = initial_, .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 0.01, .maximum = 100, \
    .doc = doc_}
+
+/* A length of a space-time blend, by default a part of the gap's. */
+#define BLEND(member, name_, range_, doc_) \
+  {.name = name_, .type = ZS_NUMBER, .offset = offsetof(struct between, blend.member), \
+   .initial = "auto", .choices = automatic, .unit = "length", .range = range_, .doc = doc_}
 
 static const zs_attribute attributes[] = {
   EXPONENT(ha, "ha", "1", "with `hb`, how the shapes move: at the part t of the way between the "
@@ -91,9 +44,23 @@ static const zs_attribute attributes[] = {
   ZS_SELECT(struct between, correspondence, "correspondence", "pairs", correspondences,
             "`pairs`: what belongs together is what the pairs say; `auto`: it is found by a "
             "registration of the two shapes"),
+  {.name = "time", .type = ZS_NUMBER, .offset = offsetof(struct between, time), .initial = "",
+   .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 0, .maximum = 1,
+   .doc = "how far pairs have moved to their `from-end` and `to-end`; absent, as far as "
+          "`interpolate` says"},
+  BLEND(a0, "a0", ZS_RANGE_ANY, "of method=\"space-time\": what is added to f half-way, where both "
+        "shapes' half-cylinders are 0; `auto`: a tenth of the distance between the levels"),
+  BLEND(a1, "a1", ZS_RANGE_POSITIVE, "how far the blend reaches along the values of the shape "
+        "below; `auto`: a twentieth of the distance"),
+  BLEND(a2, "a2", ZS_RANGE_POSITIVE, "the same of the shape above"),
+  BLEND(a3, "a3", ZS_RANGE_POSITIVE, "how far from the levels the blend is held back: the smaller, "
+        "the sooner shapes change; `auto`: a twentieth of the distance"),
+  ZS_LENGTH(struct between, b0, "b0", "0", ZS_RANGE_ANY,
+            "of method=\"space-time\": what is added where each half-cylinder ends; below 0 it "
+            "fades before"),
 };
 
-static const zs_kind *const parts[] = {&pair, NULL};
+static const zs_kind *const parts[] = {&zs_interpolate_pair, NULL};
 
 /* ---- Weights ------------------------------------------------------------------------ */
 
@@ -162,6 +129,19 @@ static bool read_spline(const char *text, spline *s)
 
 /* ---- Checks ---------------------------------------------------------------------------- */
 
+bool zs_between_check_method(const zs_node *between, bool space_time, zs_diag *diag)
+{
+  static const char *const blending[] = {"a0", "a1", "a2", "a3", "b0"};
+  for (size_t i = 0; !space_time && i < ZS_COUNT_OF(blending); i++)
+    if (zs_node_has(between, blending[i]))
+      return zs_node_misuse(between, diag, blending[i],
+                            "'%s' has a meaning with method=\"space-time\" only", blending[i]);
+  return !space_time || !zs_node_has(between, "weight") ||
+         zs_node_misuse(between, diag, "weight",
+                        "'weight' cannot be combined with method=\"space-time\", which adds "
+                        "shapes up otherwise");
+}
+
 static bool check(const zs_node *node, zs_diag *diag)
 {
   const struct between *p = node->parameters;
@@ -172,7 +152,7 @@ static bool check(const zs_node *node, zs_diag *diag)
                         p->weight);
   size_t pairs = 0;
   for (size_t i = 0; i < node->child_count; i++)
-    pairs += node->children[i]->kind == &pair;
+    pairs += node->children[i]->kind == &zs_interpolate_pair;
   if (pairs && p->correspondence == AUTO)
     return zs_node_misuse(node, diag, "correspondence",
                           "pairs cannot be combined with correspondence=\"auto\"");
@@ -284,141 +264,36 @@ zs_value zs_between_filling(zs_compiler *compiler, const zs_node *between, zs_va
   return zs_emit_scaled(compiler, power(compiler, w, p->wd), p->fill);
 }
 
-/* ---- Warps -------------------------------------------------------------------------------- */
+/* ---- Space-time blends --------------------------------------------------------------- */
 
-/* The pairs of a gap and their paths. */
-typedef struct pairs {
-  size_t count;
-  zs_flow_path *paths;
-  const zs_node **nodes;
-  bool straight;
-} pairs;
-
-/* False when memory is out. */
-static bool gather(zs_arena *arena, const zs_node *between, pairs *all)
+/* In the proportions of the paper: of a time of 20, the half-cylinders leave out 1. */
+zs_space_time zs_between_space_time(const zs_node *between, double length)
 {
-  const size_t most = between->child_count + 1;
-  double *ends = ZS_ARENA_NEW(arena, double, 4 * most);
-  *all = (pairs){.paths = ZS_ARENA_NEW(arena, zs_flow_path, most),
-                 .nodes = ZS_ARENA_NEW(arena, const zs_node *, most),
-                 .straight = true};
-  if (!ends || !all->paths || !all->nodes)
-    return false;
-  for (size_t i = 0; i < between->child_count; i++, ends += 4) {
-    const zs_node *part = between->children[i];
-    const struct pair *p = part->parameters;
-    if (part->kind != &pair)
-      continue;
-    memcpy(ends, p->from, sizeof p->from);
-    memcpy(ends + 2, p->to, sizeof p->to);
-    all->nodes[all->count] = part;
-    all->paths[all->count++] = p->points.count
-                                 ? (zs_flow_path){p->points.count / 2, p->points.values}
-                                 : (zs_flow_path){2, ends};
-    all->straight = all->straight && p->points.count <= 4;
-  }
-  return true;
-}
-
-/* NULL after reporting. */
-static const zs_flow *make_flow(zs_compiler *compiler, const pairs *all, zs_flow_way way)
-{
-  zs_diag *diag = zs_compiler_diag(compiler);
-  zs_flow *flow;
-  zs_flow_meeting meeting;
-  const zs_flow_result result = zs_flow_new(&flow, all->paths, all->count, way, &meeting);
-  if (result == ZS_FLOW_MEET) {
-    zs_node_fail(all->nodes[meeting.path[1]], diag, NULL,
-                 "the point meets that of the pair in line %u, about %.2g of the way up, but does "
-                 "not keep with it", all->nodes[meeting.path[0]]->place.line, meeting.s);
-    return NULL;
-  }
-  if (result == ZS_FLOW_MEMORY) {
-    zs_fail_memory(diag);
-    return NULL;
-  }
-  return zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
-}
-
-/* Pairs that are found.  Should they come too near to each other, fewer will not. */
-static const zs_flow *find_flow(zs_compiler *compiler, const zs_node *const levels[2],
-                                zs_flow_way way)
-{
-  double(*ends)[4];
-  size_t count = zs_between_find_pairs(compiler, levels, &ends);
-  zs_flow_path *paths = ZS_ARENA_NEW(zs_compiler_arena(compiler), zs_flow_path, count + 1);
-  zs_flow *flow = NULL;
-  zs_flow_result result = ZS_FLOW_MEET;
-  for (size_t step = 1; paths && count && result == ZS_FLOW_MEET; step *= 2) {
-    size_t used = 0;
-    for (size_t i = 0; i < count; i += step)
-      paths[used++] = (zs_flow_path){2, ends[i]};
-    result = zs_flow_new(&flow, paths, used, way, NULL);
-  }
-  if (!paths || result == ZS_FLOW_MEMORY) {
-    zs_fail_memory(zs_compiler_diag(compiler));
-    return NULL;
-  }
-  return flow && zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
-}
-
-zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,
-                                       const zs_node *const levels[2],
-                                       zs_interpolate_centers centers)
-{
-  zs_between_flows flows = {.centers = centers};
-  pairs all;
+  static const double RISE = 0.1, REACH = 0.05, LEFT_OUT = 0.05;
+  zs_space_time blend = {.min = 0, .end = (1 - LEFT_OUT) / 2 * length,
+                         .start = (1 + LEFT_OUT) / 2 * length, .max = length,
+                         .blend = {RISE * length, REACH * length, REACH * length, REACH * length}};
   if (!between)
-    return flows;
-  if (((const struct between *)between->parameters)->correspondence == AUTO) {
-    const bool fixed = centers == ZS_CENTERS_FIXED;
-    flows.side[0] = find_flow(compiler, levels, fixed ? ZS_FLOW_AT_END : ZS_FLOW_COME);
-    flows.side[1] = fixed ? find_flow(compiler, levels, ZS_FLOW_AT_START) : flows.side[0];
-    if (!flows.side[1])
-      flows.side[0] = NULL;
-    return flows;
-  }
-  if (!gather(zs_compiler_arena(compiler), between, &all)) {
-    zs_fail_memory(zs_compiler_diag(compiler));
-    return flows;
-  }
-  if (!all.count)
-    return flows;
-  if (centers == ZS_CENTERS_FIXED) {
-    flows.side[0] = make_flow(compiler, &all, ZS_FLOW_AT_END);
-    flows.side[1] = flows.side[0] ? make_flow(compiler, &all, ZS_FLOW_AT_START) : NULL;
-  } else {
-    flows.side[0] = make_flow(compiler, &all, ZS_FLOW_COME);
-    flows.side[1] = all.straight || !flows.side[0] ? flows.side[0]
-                                                   : make_flow(compiler, &all, ZS_FLOW_TO_GO);
-  }
-  return flows;
+    return blend;
+  const struct between *p = between->parameters;
+  const double given[] = {p->blend.a0, p->blend.a1, p->blend.a2, p->blend.a3};
+  double *const used[] = {&blend.blend.a0, &blend.blend.a1, &blend.blend.a2, &blend.blend.a3};
+  for (size_t i = 0; i < ZS_COUNT_OF(given); i++)
+    if (!isnan(given[i]))
+      *used[i] = given[i];
+  blend.smoothing = p->b0;
+  return blend;
 }
 
-zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *flows, int side,
-                               zs_value motion, const zs_coordinates *at)
+/* ---- Pairs ----------------------------------------------------------------------------- */
+
+bool zs_between_is_auto(const zs_node *between)
 {
-  const zs_flow *flow = flows->side[side];
-  if (!flow)
-    return *at;
-  const double s = 1 / flow->size;
-  const double inverse[12] = {s, 0, 0, -flow->middle[0] * s, 0, s, 0, -flow->middle[1] * s};
-  const zs_coordinates own = zs_coordinates_affine(at, inverse);
-  /* The lower shape has moved by `motion`, the upper one has the rest still to go. */
-  const zs_value part = side == 0 ? motion : one_minus(compiler, motion);
-  const zs_value when = flows->centers == ZS_CENTERS_FIXED ? constant(compiler, 0) : motion;
-  zs_value moved[3];
-  for (int k = 0; k < 3; k++) {
-    moved[k] = zs_emit_coordinate(compiler, at, k);
-    if (k == 2)
-      continue;
-    const zs_flow_part data = {.flow = flow, .component = k};
-    zs_value way = zs_emit_operation(compiler, &zs_flow_operation, &data,
-                                     zs_emit_coordinate(compiler, &own, 0),
-                                     zs_emit_coordinate(compiler, &own, 1), when);
-    way = zs_emit(compiler, ZS_FUNCTION_MULTIPLY, part, way, 0);
-    moved[k] = zs_emit(compiler, side == 0 ? ZS_FUNCTION_SUBTRACT : ZS_FUNCTION_ADD, moved[k],
-                       zs_emit_scaled(compiler, way, flow->size), 0);
-  }
-  return zs_coordinates_from(moved[0], moved[1], moved[2]);
+  return ((const struct between *)between->parameters)->correspondence == AUTO;
+}
+
+double zs_between_time(const zs_node *between, double common)
+{
+  const double own = ((const struct between *)between->parameters)->time;
+  return isnan(own) ? common : own;
 }

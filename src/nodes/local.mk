@@ -3,6 +3,7 @@ zs_sources += \
   src/nodes/bend.c \
   src/nodes/blend.c \
   src/nodes/bounded_blend.c \
+  src/nodes/bounded_blend.h \
   src/nodes/box.c \
   src/nodes/capsule.c \
   src/nodes/circle.c \
@@ -35,6 +36,8 @@ zs_sources += \
   src/nodes/interpolate.h \
   src/nodes/interpolate_auto.c \
   src/nodes/interpolate_between.c \
+  src/nodes/interpolate_level.c \
+  src/nodes/interpolate_pairs.c \
   src/nodes/kind.h \
   src/nodes/kinds.c \
   src/nodes/map.c \
@@ -68,6 +71,9 @@ zs_sources += \
   src/nodes/smooth.c \
   src/nodes/soft.c \
   src/nodes/space_map.c \
+  src/nodes/space_time.c \
+  src/nodes/space_time.h \
+  src/nodes/space_time_blend.c \
   src/nodes/sphere.c \
   src/nodes/stack.c \
   src/nodes/stack.h \

@@ -15,6 +15,7 @@ zs_tests += \
   tests/nodes/test_primitives \
   tests/nodes/test_skeletal \
   tests/nodes/test_solids \
+  tests/nodes/test_space_time \
   tests/nodes/test_stack \
   tests/nodes/test_trees \
   tests/nodes/test_variational
@@ -26,6 +27,8 @@ tests_nodes_test_interpolate_SOURCES = \
 tests_nodes_test_laws_SOURCES = \
   tests/nodes/test_laws.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
+tests_nodes_test_space_time_SOURCES = \
+  tests/nodes/test_space_time.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_stack_SOURCES = \
   tests/nodes/test_stack.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_trees_SOURCES = \

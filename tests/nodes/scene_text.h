@@ -71,6 +71,20 @@ static inline zs_eval *evaluator(zs_field *field)
   return eval;
 }
 
+/* A scene that is not to be read, or compiled, and what must be said of it first. */
+static inline void refuses(const char *body, const char *message)
+{
+  seen s = {.message = ""};
+  zs_diag diag = {.report = keep, .context = &s};
+  zs_scene *scene = parse(body, &diag);
+  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
+  if (field || !strstr(s.message, message))
+    fail_msg("'%s' does not say '%s'", s.message, message);
+  assert_true(s.line >= 2); /* where the body begins */
+  zs_field_unref(field);
+  zs_scene_free(scene);
+}
+
 /* f of a scene at one point. */
 static inline double value_in(const char *body, double x, double y, double z)
 {

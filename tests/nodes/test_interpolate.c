@@ -15,7 +15,8 @@
 
 static const char *const options[] = {
   "", "method='linear'", "continuity='c1'", "centers='fixed'", "caps='round'",
-  "caps='open' continuity='c1' centers='fixed'"};
+  "caps='open' continuity='c1' centers='fixed'", "method='space-time'",
+  "method='space-time' caps='round' continuity='c1'"};
 static const char *const betweens[] = {
   "", "<between ha='2' hb='3'>" PAIRS "</between>",
   "<between fill='0.7' wc='3' wd='2'>" CURVE "</between>",
@@ -277,12 +278,15 @@ static void test_continuity(void **unused)
 {
   (void)unused;
   uint64_t state = 3;
-  double jump[2] = {0, 0};
-  for (int smooth = 0; smooth < 2; smooth++)
+  static const char *const how[] = {"caps='open'", "caps='open' continuity='c1'",
+                                    "caps='open' method='space-time'"};
+  double jump[3] = {0, 0, 0};
+  for (int smooth = 0; smooth < 3; smooth++)
     for (int j = 0; j < 4; j++) {
-      char option[100];
-      snprintf(option, sizeof option, "caps='open' continuity='c%d'", smooth);
-      zs_field *field = compile(stack_of(option, betweens[j], betweens[3 - j]));
+      const bool blended = smooth == 2; /* which is smooth if nothing moves */
+      const char *option = how[smooth];
+      zs_field *field = compile(
+        stack_of(option, blended ? "" : betweens[j], blended ? "" : betweens[3 - j]));
       zs_eval *eval = evaluator(field);
       for (int n = 0; n < 200; n++) {
         const double x = random_between(&state, -4, 4), y = random_between(&state, -4, 4);
@@ -295,8 +299,8 @@ static void test_continuity(void **unused)
       zs_eval_free(eval);
       zs_field_unref(field);
     }
-  if (!(jump[1] < 1e-3 && jump[0] > 0.1))
-    fail_msg("slopes jump by %g, with c1 by %g", jump[0], jump[1]);
+  if (!(jump[1] < 1e-3 && jump[0] > 0.1 && jump[2] < 1e-3))
+    fail_msg("slopes jump by %g, with c1 by %g, blended by %g", jump[0], jump[1], jump[2]);
 }
 
 /* Between neighbours of equal values nothing swings over. */
@@ -366,18 +370,6 @@ static void test_axes(void **unused)
 
 /* ---- Bad input --------------------------------------------------------------------------- */
 
-static void expect(const char *body, const char *message)
-{
-  seen s = {.message = ""};
-  zs_diag diag = {.report = keep, .context = &s};
-  zs_scene *scene = parse(body, &diag);
-  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
-  if (field || !strstr(s.message, message))
-    fail_msg("'%s' does not say '%s'", s.message, message);
-  zs_field_unref(field);
-  zs_scene_free(scene);
-}
-
 #define TWO(before, attributes, pairs) \
   "<interpolate " before "><level at='0'><circle/></level><between " attributes ">" pairs \
   "</between><level at='1'><circle/></level></interpolate>"
@@ -385,30 +377,30 @@ static void expect(const char *body, const char *message)
 static void test_bad_input(void **unused)
 {
   (void)unused;
-  expect("<interpolate><level at='0'><circle/></level></interpolate>", "found 1 of at least 2");
-  expect("<interpolate><level at='1'><circle/></level><level at='1'><circle/></level>"
+  refuses("<interpolate><level at='0'><circle/></level></interpolate>", "found 1 of at least 2");
+  refuses("<interpolate><level at='1'><circle/></level><level at='1'><circle/></level>"
          "</interpolate>", "does not lie beyond");
-  expect("<interpolate><between/><level at='0'><circle/></level><level at='1'><circle/></level>"
+  refuses("<interpolate><between/><level at='0'><circle/></level><level at='1'><circle/></level>"
          "</interpolate>", "between two levels");
-  expect("<interpolate><level at='0'><circle/></level><level at='1'><circle/></level><between/>"
+  refuses("<interpolate><level at='0'><circle/></level><level at='1'><circle/></level><between/>"
          "</interpolate>", "between two levels");
-  expect("<interpolate><level at='0'><circle/></level><between/><between/><level at='1'>"
+  refuses("<interpolate><level at='0'><circle/></level><between/><between/><level at='1'>"
          "<circle/></level></interpolate>", "between two levels");
-  expect(TWO("", "weight='0 0, 1'", ""), "is no weight");
-  expect(TWO("", "weight='0 0, 0.5 x, 1 1'", ""), "is no weight");
-  expect(TWO("", "weight='0 0, 0.5 0.5'", ""), "is no weight");
-  expect(TWO("", "weight='0 0, 0.5 0.5, 0.5 0.6, 1 1'", ""), "is no weight");
-  expect(TWO("", "ha='0'", ""), "expected a number from 0.01 to 100");
-  expect(TWO("continuity='c1'", "weight='smoothstep'", ""), "cannot be combined");
-  expect(TWO("continuity='c1'", "fill='1'", ""), "expected more than 1");
-  expect(TWO("", "correspondence='auto'", "<pair from='0 0' to='1 1'/>"), "cannot be combined");
-  expect(TWO("", "", "<pair from='0 0'/>"), "'to' is missing");
-  expect(TWO("", "", "<pair/>"), "expected 'from' and 'to', or 'points'");
-  expect(TWO("", "", "<pair points='0 0 1'/>"), "there are 3 numbers");
-  expect(TWO("", "", "<pair from='0 0' to='1 1' points='0 0 1 1'/>"), "cannot be combined");
-  expect(TWO("", "", "<pair from='0 0' to='1 1'/><pair from='0 1' to='1 0'/>"),
+  refuses(TWO("", "weight='0 0, 1'", ""), "is no weight");
+  refuses(TWO("", "weight='0 0, 0.5 x, 1 1'", ""), "is no weight");
+  refuses(TWO("", "weight='0 0, 0.5 0.5'", ""), "is no weight");
+  refuses(TWO("", "weight='0 0, 0.5 0.5, 0.5 0.6, 1 1'", ""), "is no weight");
+  refuses(TWO("", "ha='0'", ""), "expected a number from 0.01 to 100");
+  refuses(TWO("continuity='c1'", "weight='smoothstep'", ""), "cannot be combined");
+  refuses(TWO("continuity='c1'", "fill='1'", ""), "expected more than 1");
+  refuses(TWO("", "correspondence='auto'", "<pair from='0 0' to='1 1'/>"), "cannot be combined");
+  refuses(TWO("", "", "<pair from='0 0'/>"), "'to' is missing");
+  refuses(TWO("", "", "<pair/>"), "expected 'from' and 'to', or 'points'");
+  refuses(TWO("", "", "<pair points='0 0 1'/>"), "there are 3 numbers");
+  refuses(TWO("", "", "<pair from='0 0' to='1 1' points='0 0 1 1'/>"), "cannot be combined");
+  refuses(TWO("", "", "<pair from='0 0' to='1 1'/><pair from='0 1' to='1 0'/>"),
          "meets that of the pair in line 2, about 0.5");
-  expect(TWO("centers='fixed'", "", "<pair from='0 0' to='1 1'/><pair from='0 0' to='1 0'/>"),
+  refuses(TWO("centers='fixed'", "", "<pair from='0 0' to='1 1'/><pair from='0 0' to='1 0'/>"),
          "meets");
 }
 
