@@ -39,6 +39,13 @@ static const zs_attribute attributes[] = {
             "they end, and do not vanish at once"),
 };
 
+static bool check(const zs_node *node, zs_diag *diag)
+{
+  return node->child_count >= 2 ||
+         zs_node_misuse(node, diag, NULL, "there are %zu children; expected 2: the shape that is "
+                        "there first, and the one that it becomes", node->child_count);
+}
+
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct space_time_blend *p = node->parameters;
@@ -92,6 +99,7 @@ const zs_kind zs_kind_space_time_blend = {
   .attribute_count = ZS_COUNT_OF(attributes),
   .parameters_size = sizeof(struct space_time_blend),
   .children = ZS_CHILDREN_TWO,
+  .check = check,
   .emit = emit,
   .box = box,
 };
