@@ -20,6 +20,7 @@ gallery_pictures = \
   doc/gallery/creature.png \
   doc/gallery/cup-slice.png \
   doc/gallery/cup.png \
+  doc/gallery/doll.png \
   doc/gallery/figurine-cut.png \
   doc/gallery/figurine.png \
   doc/gallery/flange.png \
@@ -50,6 +51,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/bracket-slice.png
 	./zeroset slice $(srcdir)/scenes/cup.xml --axis y --at 0 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/cup-slice.png
+	./zeroset render $(srcdir)/scenes/doll.xml --object row --view four --size 480x360 \
+	  -o $(srcdir)/doc/gallery/doll.png
 	./zeroset render $(srcdir)/scenes/figurine.xml --object cut --size 480x360 \
 	  -o $(srcdir)/doc/gallery/figurine-cut.png
 	./zeroset render $(srcdir)/scenes/influence.xml --set t=0.1 --size 480x360 \

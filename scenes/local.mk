@@ -8,6 +8,7 @@ EXTRA_DIST += \
   scenes/contours.xml \
   scenes/creature.xml \
   scenes/cup.xml \
+  scenes/doll.xml \
   scenes/figurine.xml \
   scenes/flange.xml \
   scenes/influence.xml \

@@ -40,6 +40,7 @@ zs_sources += \
   src/nodes/interpolate_pairs.c \
   src/nodes/kind.h \
   src/nodes/kinds.c \
+  src/nodes/local_morph.c \
   src/nodes/map.c \
   src/nodes/noise.c \
   src/nodes/normalize.c \

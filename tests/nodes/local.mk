@@ -7,6 +7,7 @@ zs_tests += \
   tests/nodes/test_interpolate \
   tests/nodes/test_kinds \
   tests/nodes/test_laws \
+  tests/nodes/test_local_morph \
   tests/nodes/test_maps \
   tests/nodes/test_morph \
   tests/nodes/test_parts \
@@ -27,6 +28,8 @@ tests_nodes_test_interpolate_SOURCES = \
 tests_nodes_test_laws_SOURCES = \
   tests/nodes/test_laws.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_primitives_SOURCES = tests/nodes/test_primitives.c tests/nodes/build.h
+tests_nodes_test_local_morph_SOURCES = \
+  tests/nodes/test_local_morph.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_space_time_SOURCES = \
   tests/nodes/test_space_time.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_stack_SOURCES = \

@@ -109,7 +109,8 @@ static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_att
 /* Whether a kind's children stand in parts of it, or its parts are numbers only. */
 static inline bool has_children_in_parts(const zs_kind *kind)
 {
-  return kind->parts && kind->parts[0]->children != ZS_CHILDREN_NONE;
+  return kind->parts && kind->parts[0]->children != ZS_CHILDREN_NONE &&
+         kind->children == ZS_CHILDREN_NONE;
 }
 
 static inline bool has_plain_parts(const zs_kind *kind)
@@ -125,6 +126,8 @@ static inline bool needs_file(const zs_kind *kind)
   return false;
 }
 
+static inline zs_node *random_child(zs_arena *arena, uint64_t *state);
+
 /* A node with random attributes and plain parts that its check accepts; no children yet. */
 static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_t *state)
 {
@@ -138,8 +141,12 @@ static inline zs_node *random_leaf(zs_arena *arena, const zs_kind *kind, uint64_
     size_t kinds = 0;
     while (has_plain_parts(kind) && kind->parts[kinds] && !needs_file(kind->parts[kinds]))
       kinds++;
-    for (unsigned i = 0, n = kinds ? 2 + random_below(state, 3) : 0; i < n; i++)
-      adopt(arena, node, random_leaf(arena, kind->parts[random_below(state, kinds)], state));
+    for (unsigned i = 0, n = kinds ? 2 + random_below(state, 3) : 0; i < n; i++) {
+      zs_node *part = random_leaf(arena, kind->parts[random_below(state, kinds)], state);
+      if (part->kind->children != ZS_CHILDREN_NONE)
+        adopt(arena, part, random_child(arena, state));
+      adopt(arena, node, part);
+    }
     const bool later = has_children_in_parts(kind) || kind->children == ZS_CHILDREN_TWO;
     if (!kind->check || later || kind->check(node, NULL))
       return node;
