@@ -11,6 +11,7 @@ dist_bashcompletion_DATA = doc/zeroset.bash
 
 # Pictures of the scenes, for doc/gallery.md.
 gallery_pictures = \
+  doc/gallery/bearing.png \
   doc/gallery/bracket-slice.png \
   doc/gallery/bracket.png \
   doc/gallery/bunny.png \
@@ -42,8 +43,8 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bracket bunny candlestick column contours creature cup figurine flange influence letters loft \
-	    morph plate scan spanner stack surface warp; do \
+	for name in bearing bracket bunny candlestick column contours creature cup figurine flange influence \
+	    letters loft morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done

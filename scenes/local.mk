@@ -1,5 +1,6 @@
 # This room adds to the lists that Makefile.am describes.
 EXTRA_DIST += \
+  scenes/bearing.xml \
   scenes/bracket.xml \
   scenes/bunny.obj \
   scenes/bunny.xml \

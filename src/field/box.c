@@ -1,4 +1,5 @@
 /* Finding a box around f >= 0 by bounds alone. */
+#include "field/compiler.h"
 #include "field/field.h"
 
 #include "base/diagnostic.h"
@@ -21,22 +22,28 @@ typedef struct search {
   zs_arena arena; /* regional programs */
   unsigned budget;
   double found_lo[3], found_hi[3]; /* what tightening could not prove empty */
+  unsigned axes; /* one bit each: those along which there are bounds to be found */
 } search;
 
-/* The eight octants of a box. */
+static bool is_searched(const search *s, unsigned axis)
+{
+  return s->axes >> axis & 1;
+}
+
+/* The eight octants of a box.  Along axes without bounds it is not split: halves are equal. */
 typedef struct octants {
   double lo[8][3], hi[8][3];
 } octants;
 
-static void split(const double lo[3], const double hi[3], const double middle[3], octants *out,
-                  zs_boxes *boxes)
+static void split(const search *s, const double lo[3], const double hi[3], const double middle[3],
+                  octants *out, zs_boxes *boxes)
 {
   for (unsigned l = 0; l < ZS_LANES; l++) {
     unsigned i = l % 8;
-    for (int k = 0; k < 3; k++) {
-      bool upper = i >> k & 1;
-      out->lo[i][k] = upper ? middle[k] : lo[k];
-      out->hi[i][k] = upper ? hi[k] : middle[k];
+    for (unsigned k = 0; k < 3; k++) {
+      const bool upper = i >> k & 1, whole = !is_searched(s, k);
+      out->lo[i][k] = upper && !whole ? middle[k] : lo[k];
+      out->hi[i][k] = upper || whole ? hi[k] : middle[k];
       boxes->axis[k].lo[l] = nextafterf((float)(out->lo[i][k] - middle[k]), -INFINITY);
       boxes->axis[k].hi[l] = nextafterf((float)(out->hi[i][k] - middle[k]), INFINITY);
     }
@@ -62,11 +69,11 @@ static void collect(search *s, const zs_program *program, const double lo[3], co
   zs_bounds f;
   const double middle[3] = {(lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (lo[2] + hi[2]) / 2};
   zs_frame frame = zs_frame_at(middle);
-  split(lo, hi, middle, &parts, &boxes);
+  split(s, lo, hi, middle, &parts, &boxes);
   zs_program_bounds(s->eval, program, &frame, &boxes, &f);
   unsigned left = 0;
   for (unsigned i = 0; i < 8; i++)
-    left |= (unsigned)!(f.hi[i] < 0) << i;
+    left |= (unsigned)(!(f.hi[i] < 0) && !(i & ~s->axes)) << i;
   const zs_program *programs[ZS_LANES] = {NULL};
   zs_arena_mark mark = zs_arena_mark_here(&s->arena);
   if (depth > 0)
@@ -125,13 +132,15 @@ static void bound_halves(search *s, const zs_program *program, const double lo[3
 }
 
 /* The axis across which halving a box proves the most. */
-static unsigned best_axis(const halves *h, int depth)
+static unsigned best_axis(const search *s, const halves *h, int depth)
 {
-  unsigned best = 0;
+  unsigned best = (unsigned)__builtin_ctz(s->axes);
   int best_proven = -1;
   float best_upper = INFINITY;
   for (unsigned i = 0; i < 3; i++) {
     unsigned k = (i + (unsigned)depth) % 3; /* take turns where nothing decides */
+    if (!is_searched(s, k))
+      continue;
     const float *upper = &h->upper[2 * k];
     int proven = (upper[0] < 0) + (upper[1] < 0);
     float sum = upper[0] + upper[1];
@@ -157,7 +166,7 @@ static bool far_outside(search *s, const zs_program *program, const double lo[3]
   bound_halves(s, program, lo, hi, scratch, &h);
   if (h.inside)
     return false;
-  const unsigned axis = best_axis(&h, depth);
+  const unsigned axis = best_axis(s, &h, depth);
   const zs_arena_mark mark = zs_arena_mark_here(&s->arena);
   bool outside = true;
   if (h.upper[2 * axis] >= 0 || h.upper[2 * axis + 1] >= 0)
@@ -170,7 +179,8 @@ static bool far_outside(search *s, const zs_program *program, const double lo[3]
 }
 
 /* Whether f < 0 everywhere between the cubes of half sides r and 2r: boxes of
- * side r around the inner eight.  Most are proven sixteen at a time. */
+ * side r around the inner eight, as long as solids can be along axes without bounds.  Most
+ * are proven sixteen at a time. */
 static bool shell_outside(search *s, double r)
 {
   double lo[SHELL_BOXES][3], hi[SHELL_BOXES][3];
@@ -178,27 +188,30 @@ static bool shell_outside(search *s, double r)
   unsigned count = 0;
   for (int i = 0; i < 64; i++) {
     const int at[3] = {i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2};
-    bool inner = true;
-    for (int k = 0; k < 3; k++)
-      inner = inner && (at[k] == -1 || at[k] == 0);
-    for (int k = 0; k < 3 && !inner; k++) {
-      lo[count][k] = at[k] * r;
-      hi[count][k] = (at[k] + 1) * r;
+    bool inner = true, again = false;
+    for (unsigned k = 0; k < 3; k++) {
+      inner = inner && (!is_searched(s, k) || at[k] == -1 || at[k] == 0);
+      again = again || (!is_searched(s, k) && at[k] != 0);
     }
-    count += !inner;
+    for (unsigned k = 0; k < 3 && !inner && !again; k++) {
+      lo[count][k] = is_searched(s, k) ? at[k] * r : -ldexp(1, LARGEST);
+      hi[count][k] = is_searched(s, k) ? (at[k] + 1) * r : ldexp(1, LARGEST);
+    }
+    count += !inner && !again;
   }
-  zs_eval_bounds(s->eval, SHELL_BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
+  zs_eval_bounds(s->eval, count, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
   s->budget = SHELL_BUDGET;
   zs_boxes scratch;
   const zs_program *program = zs_field_program(zs_eval_field(s->eval));
-  for (unsigned i = 0; i < SHELL_BOXES; i++)
+  for (unsigned i = 0; i < count; i++)
     if (!(f_hi[i] < 0) && !far_outside(s, program, lo[i], hi[i], SHELL_DEPTH, &scratch))
       return false;
   return true;
 }
 
 /* Whether f < 0 is proven at once everywhere between two cubes of half sides
- * 2^inner and 2^outer: in a slab beyond each face of the inner one. */
+ * 2^inner and 2^outer: in a slab beyond each face of the inner one.  Along axes without
+ * bounds the cubes are as long as solids can be. */
 static bool slabs_outside(search *s, int inner, int outer)
 {
   const zs_frame frame = zs_frame_at(NULL);
@@ -208,12 +221,13 @@ static bool slabs_outside(search *s, int inner, int outer)
   for (unsigned l = 0; l < ZS_LANES; l++)
     for (unsigned k = 0; k < 3; k++) {
       const unsigned slab = l % HALVES;
-      slabs.axis[k].lo[l] = slab == 2 * k + 1 ? near : -far;
-      slabs.axis[k].hi[l] = slab == 2 * k ? -near : far;
+      const float side = is_searched(s, k) ? far : ldexpf(1, LARGEST);
+      slabs.axis[k].lo[l] = slab == 2 * k + 1 ? near : -side;
+      slabs.axis[k].hi[l] = slab == 2 * k ? -near : side;
     }
   zs_program_bounds(s->eval, zs_field_program(zs_eval_field(s->eval)), &frame, &slabs, &f);
   for (unsigned l = 0; l < HALVES; l++)
-    if (!(f.hi[l] < 0))
+    if (is_searched(s, l / 2) && !(f.hi[l] < 0))
       return false;
   return true;
 }
@@ -281,18 +295,21 @@ static bool fail_empty(zs_diag *diag)
   return zs_fail(diag, ZS_ERROR_UNABLE, NULL, "the solid is empty");
 }
 
-static bool find(search *s, double lo[3], double hi[3], zs_diag *diag)
+static bool find_outer(search *s, double lo[3], double hi[3])
 {
   const double r = find_cube(s);
-  if (isinf(r))
-    return fail_unbounded(diag);
-  for (int k = 0; k < 3; k++) {
-    lo[k] = -r;
-    hi[k] = r;
+  for (unsigned k = 0; k < 3; k++) {
+    hi[k] = is_searched(s, k) ? r : ldexp(1, LARGEST);
+    lo[k] = -hi[k];
   }
-  if (!tighten(s, lo, hi))
-    return fail_empty(diag);
-  return true;
+  return isfinite(r);
+}
+
+static bool find(search *s, double lo[3], double hi[3], zs_diag *diag)
+{
+  if (!find_outer(s, lo, hi))
+    return fail_unbounded(diag);
+  return tighten(s, lo, hi) || fail_empty(diag);
 }
 
 /* A margin keeps the surface away from the box's faces. */
@@ -315,7 +332,7 @@ bool zs_field_box(zs_field *field, double lo[3], double hi[3], zs_diag *diag)
     memcpy(hi, field->domain_hi, sizeof field->domain_hi);
     return true;
   }
-  search s = {.eval = zs_eval_new(field, diag)};
+  search s = {.eval = zs_eval_new(field, diag), .axes = ZS_ALL_AXES};
   if (!s.eval)
     return false;
   bool found = find(&s, lo, hi, field->has_hint ? NULL : diag);
@@ -328,6 +345,59 @@ bool zs_field_box(zs_field *field, double lo[3], double hi[3], zs_diag *diag)
   zs_arena_free(&s.arena);
   if (found)
     grow(lo, hi);
+  return found;
+}
+
+/* Move one side of a box inward past slabs, of up to a thirty-second of it, over which f < 0
+ * is proven at once: octrees leave as much as that. */
+static void trim(search *s, double lo[3], double hi[3], unsigned axis, bool upper)
+{
+  const double step = (hi[axis] - lo[axis]) / (32 * ZS_LANES);
+  zs_frame frame = zs_frame_at(NULL);
+  zs_boxes slabs;
+  zs_bounds f;
+  for (int k = 0; k < 3; k++)
+    frame.origin[k] = (lo[k] + hi[k]) / 2;
+  frame.origin[axis] = upper ? hi[axis] : lo[axis];
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    for (unsigned k = 0; k < 3; k++) {
+      const float half = nextafterf((float)((hi[k] - lo[k]) / 2), INFINITY);
+      const float thick = nextafterf((float)(step * (l + 1)), INFINITY);
+      const float least = nextafterf(0, -INFINITY);
+      slabs.axis[k].lo[l] = k != axis ? -half : upper ? -thick : least;
+      slabs.axis[k].hi[l] = k != axis ? half : upper ? -least : thick;
+    }
+  zs_program_bounds(s->eval, zs_field_program(zs_eval_field(s->eval)), &frame, &slabs, &f);
+  unsigned proven = 0;
+  while (proven < ZS_LANES && f.hi[proven] < 0)
+    proven++;
+  if (upper)
+    hi[axis] -= step * proven;
+  else
+    lo[axis] += step * proven;
+}
+
+bool zs_field_extent(zs_field *field, unsigned axes, double lo[3], double hi[3])
+{
+  search s = {.eval = zs_eval_new(field, NULL), .axes = axes};
+  if (!s.eval)
+    return false;
+  const bool found = find_outer(&s, lo, hi), empty = found && !tighten(&s, lo, hi);
+  for (unsigned k = 0; k < 3 && found; k++) {
+    if (empty)
+      lo[k] = hi[k] = 0;
+    if (!empty && is_searched(&s, k)) {
+      trim(&s, lo, hi, k, false);
+      trim(&s, lo, hi, k, true);
+    }
+  }
+  zs_eval_free(s.eval);
+  zs_arena_free(&s.arena);
+  for (unsigned k = 0; k < 3; k++)
+    if (!is_searched(&s, k)) {
+      lo[k] = -INFINITY;
+      hi[k] = INFINITY;
+    }
   return found;
 }
 

@@ -76,6 +76,13 @@ zs_compiler *zs_compiler_new(const zs_control *control, struct zs_cache *cache, 
 zs_field *zs_compiler_finish(zs_compiler *compiler, zs_value result, size_t nodes);
 void zs_compiler_free(zs_compiler *compiler);
 
+enum { ZS_ALL_AXES = 7 };
+
+/* Where f >= 0 along some axes (one bit each) however far it reaches along the others, whose
+ * ends become infinite: the origin when it is so nowhere.  False when bounds alone find no
+ * ends, or memory is out. */
+bool zs_field_extent(zs_field *field, unsigned axes, double lo[3], double hi[3]);
+
 /* What zs_field_box answers, or where it looks when bounds alone find nothing.
  * Only before the field is shared. */
 void zs_field_set_box(zs_field *field, const double lo[3], const double hi[3]);

@@ -9,6 +9,8 @@ zs_sources += \
   src/field/eval.c \
   src/field/field.c \
   src/field/field.h \
+  src/field/fold.c \
+  src/field/fold.h \
   src/field/interval.h \
   src/field/isa.c \
   src/field/joint.h \
@@ -28,5 +30,6 @@ zs_sources += \
 zs_kernel_sources += \
   src/field/blend.kernel.c \
   src/field/chain.kernel.c \
+  src/field/fold.kernel.c \
   src/field/primitive.kernel.c \
   src/field/scalar.kernel.c

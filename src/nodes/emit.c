@@ -10,7 +10,9 @@ enum {
   FORMULA_BUCKETS = 64,
   MAXIMUM_VARIABLES = 32, /* of a kind's own formula */
   MAXIMUM_DEPTH = 1000,   /* of nested nodes, `use` included: emission recurses */
-  FIRST_MEMO_SIZE = 64
+  FIRST_MEMO_SIZE = 64,
+  BOX_BUCKETS = 64,
+  MAXIMUM_COPIES = 1000000 /* of children that are emitted again and again, in all */
 };
 
 /* Where the value of a formula's variable comes from. */
@@ -37,8 +39,18 @@ typedef struct memo {
   zs_value value;
 } memo;
 
+/* The box of a node's children. */
+typedef struct known_box {
+  const zs_node *node;
+  zs_box box;
+  struct known_box *next;
+} known_box;
+
 /* What this room keeps in the compiler's client pointer. */
 typedef struct client {
+  known_box *boxes[BOX_BUCKETS];
+  double copies;
+  bool too_many; /* reported */
   parsed *formulas[FORMULA_BUCKETS];
   memo **memos; /* open addressing */
   size_t memo_count, memo_size;
@@ -55,6 +67,46 @@ static client *client_of(zs_compiler *compiler)
       zs_fail_memory(zs_compiler_diag(compiler));
   }
   return *slot;
+}
+
+/* ---- Copies of children ------------------------------------------------------ */
+
+zs_box *zs_children_box(zs_compiler *compiler, const zs_node *node, bool *known)
+{
+  client *c = client_of(compiler);
+  *known = false;
+  if (!c)
+    return NULL;
+  known_box **bucket = &c->boxes[((uintptr_t)node >> 4 ^ (uintptr_t)node >> 10) % BOX_BUCKETS];
+  for (known_box *b = *bucket; b; b = b->next)
+    if (b->node == node) {
+      *known = true;
+      return &b->box;
+    }
+  known_box *b = ZS_ARENA_NEW(zs_compiler_arena(compiler), known_box, 1);
+  if (!b) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return NULL;
+  }
+  *b = (known_box){.node = node, .next = *bucket};
+  *bucket = b;
+  return &b->box;
+}
+
+bool zs_copies_allowed(zs_compiler *compiler, const zs_node *node, double count)
+{
+  client *c = client_of(compiler);
+  if (!c)
+    return false;
+  c->copies += count;
+  if (c->copies <= MAXIMUM_COPIES)
+    return true;
+  if (!c->too_many)
+    zs_report(zs_compiler_diag(compiler), ZS_ERROR, ZS_ERROR_UNABLE, &node->place, NULL,
+              "repeated nodes have more than %d copies of their children at one place in all, "
+              "nested ones counted in every copy", MAXIMUM_COPIES);
+  c->too_many = true;
+  return false;
 }
 
 /* ---- Formulas of kinds ----------------------------------------------------- */

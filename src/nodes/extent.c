@@ -1,6 +1,7 @@
 #include "nodes/extent.h"
 
 #include "nodes/common.h"
+#include "nodes/copies.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -125,4 +126,58 @@ zs_box zs_node_extent(const zs_node *node, const zs_control *control, struct zs_
           : zs_box_everything();
   free(children);
   return node->placement ? zs_box_image(&box, node->placement) : box;
+}
+
+/* The ends along axes where none were found together with those along others. */
+static void find_one_by_one(zs_field *field, unsigned axes, zs_box *box)
+{
+  for (unsigned k = 0; k < 3; k++) {
+    zs_box one;
+    if (axes >> k & 1 && !(isfinite(box->lo[k]) && isfinite(box->hi[k])) &&
+        zs_field_extent(field, 1u << k, one.lo, one.hi)) {
+      box->lo[k] = one.lo[k];
+      box->hi[k] = one.hi[k];
+    }
+  }
+}
+
+/* What bounds of the children's program say, or else the boxes of their own. */
+static bool find_together(zs_compiler *compiler, const zs_node *node, unsigned axes, zs_box *box)
+{
+  const zs_control *control = zs_compiler_control(compiler);
+  struct zs_cache *cache = zs_compiler_cache(compiler);
+  zs_diag quiet = {0};
+  zs_compiler *own = zs_compiler_new(control, cache, &quiet);
+  if (!own)
+    return false;
+  const zs_coordinates root = zs_coordinates_root();
+  const zs_value f = zs_children_emit(own, node, &root);
+  zs_field *field = zs_compiler_finish(own, f, 1);
+  if (!field || quiet.errors) {
+    zs_field_unref(field);
+    return false;
+  }
+  /* Ends are found more surely all at once. */
+  if (!zs_field_extent(field, ZS_ALL_AXES, box->lo, box->hi) &&
+      !zs_field_extent(field, axes, box->lo, box->hi)) {
+    size_t count;
+    zs_box *children = child_extents(node, control, cache, &count);
+    *box = children && count ? children[0] : zs_box_everything();
+    free(children);
+    find_one_by_one(field, axes, box);
+  }
+  zs_field_unref(field);
+  return true;
+}
+
+bool zs_children_extent(zs_compiler *compiler, const zs_node *node, unsigned axes, zs_box *box)
+{
+  bool known;
+  zs_box *place = zs_children_box(compiler, node, &known);
+  if (!place)
+    return false;
+  if (!known && !find_together(compiler, node, axes, place))
+    return false;
+  *box = *place;
+  return true;
 }

@@ -9,6 +9,11 @@
  * the tree; `control` and `cache` as for zs_compiler_new. */
 zs_box zs_node_extent(const zs_node *node, const zs_control *control, struct zs_cache *cache);
 
+/* The box of a node's child nodes together, in the node's own coordinates, along some axes (one
+ * bit each); infinite along the others and where no end is found.  False when the children do
+ * not compile: emitting them reports why. */
+bool zs_children_extent(zs_compiler *compiler, const zs_node *node, unsigned axes, zs_box *box);
+
 bool zs_box_is_finite(const zs_box *box);
 
 /* ---- For the kinds' box functions ---- */

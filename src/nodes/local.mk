@@ -13,6 +13,8 @@ zs_sources += \
   src/nodes/constant.c \
   src/nodes/convex.c \
   src/nodes/convolution.c \
+  src/nodes/copies.c \
+  src/nodes/copies.h \
   src/nodes/curved_polygon.c \
   src/nodes/cylinder.c \
   src/nodes/displace.c \
@@ -56,6 +58,8 @@ zs_sources += \
   src/nodes/radial.c \
   src/nodes/radial.h \
   src/nodes/rectangle.c \
+  src/nodes/repeat_grid.c \
+  src/nodes/repeat_polar.c \
   src/nodes/revolve.c \
   src/nodes/ricci.c \
   src/nodes/sample.c \

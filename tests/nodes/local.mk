@@ -14,6 +14,7 @@ zs_tests += \
   tests/nodes/test_path \
   tests/nodes/test_point_maps \
   tests/nodes/test_primitives \
+  tests/nodes/test_repeat \
   tests/nodes/test_skeletal \
   tests/nodes/test_solids \
   tests/nodes/test_space_time \
@@ -60,3 +61,6 @@ tests_nodes_test_skeletal_SOURCES = \
 tests_nodes_test_point_maps_SOURCES = \
   tests/nodes/test_point_maps.c tests/nodes/laws.h tests/nodes/build.h tests/nodes/scene_text.h \
   tests/files/scratch.h tests/random.h
+tests_nodes_test_repeat_SOURCES = \
+  tests/nodes/test_repeat.c tests/nodes/build.h tests/nodes/random_nodes.h \
+  tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

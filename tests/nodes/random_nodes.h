@@ -32,6 +32,12 @@ static inline double random_number(const zs_attribute *attribute, uint64_t *stat
   }
 }
 
+/* Kinds that want children with ends. */
+static inline bool wants_ends(const zs_kind *kind)
+{
+  return !strcmp(kind->name, "repeat-grid") || !strcmp(kind->name, "repeat-polar");
+}
+
 static inline void random_polygon(zs_arena *arena, zs_node *node, uint64_t *state)
 {
   double points[2 * 60];
@@ -82,7 +88,10 @@ static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_att
   double values[3];
   if (count) {
     for (int i = 0; i < count; i++)
-      values[i] = random_number(attribute, state);
+      values[i] = !strcmp(attribute->name, "count") ? (double)random_below(state, 7)
+                  : !strcmp(attribute->name, "spacing") && random_below(state, 4)
+                    ? random_between(state, 0.5, 1.5)
+                  : !strcmp(attribute->name, "spacing") ? 0 : random_number(attribute, state);
     set_vector(node, attribute->name, values);
   } else if (attribute->type == ZS_INTEGER) {
     int step = (int)(attribute->maximum - attribute->minimum) + 1;
@@ -174,6 +183,10 @@ static inline void add_child(zs_arena *arena, zs_node *node, zs_node *child, dou
 {
   if (has_children_in_parts(node->kind))
     child = adopt(arena, set(node_of_kind(arena, node->kind->parts[0]), "at", at), child);
+  if (wants_ends(node->kind)) {
+    zs_node *room = set3(node_named(arena, "box"), "size", 1.2, 0.9, 0.8);
+    child = adopt(arena, adopt(arena, node_named(arena, "intersection"), room), child);
+  }
   adopt(arena, node, child);
 }
 

@@ -26,11 +26,17 @@ static const zs_kind *random_kind(uint64_t *state)
   return kind;
 }
 
+/* Copies of copies become too many when deep. */
+static bool is_too_deep(const zs_kind *kind, int depth)
+{
+  return wants_ends(kind) && depth > 3;
+}
+
 /* A tree as deep as asked for along its first branch, shallow along others. */
 static zs_node *random_tree(zs_arena *arena, int depth, uint64_t *state)
 {
   const zs_kind *kind = random_kind(state);
-  while (takes_children(kind) == (depth <= 1))
+  while (takes_children(kind) == (depth <= 1) || is_too_deep(kind, depth))
     kind = random_kind(state);
   zs_node *node = random_leaf(arena, kind, state);
   if (!takes_children(kind))
