@@ -9,8 +9,8 @@
 enum { FIRST, MIDDLE };
 static const char *const anchors[] = {"first", "middle", NULL};
 
-/* More copies than single precision tells apart. */
-#define MOST_COUNT 1e6
+/* Single precision still tells that many copies apart. */
+static const double MOST_COUNT = 1e6;
 
 struct repeat_grid {
   double spacing[3], count[3];
@@ -31,10 +31,9 @@ static const zs_attribute attributes[] = {
    .offset = offsetof(struct repeat_grid, count),
    .initial = "0",
    .unit = "1",
-   .range = ZS_RANGE_BETWEEN,
-   .minimum = 0,
-   .maximum = MOST_COUNT,
-   .doc = "how many copies along x, y and z, or one number for all; 0: endlessly many"},
+   .range = ZS_RANGE_NOT_NEGATIVE,
+   .doc = "how many copies along x, y and z, or one number for all, up to a million; 0: endlessly "
+          "many"},
   ZS_SELECT(struct repeat_grid, anchor, "anchor", "first", anchors,
             "what stays where the child is: its `first` copy, from which the others follow along "
             "the axes, or the `middle` of all; of endlessly many it is the same"),
@@ -49,9 +48,9 @@ static bool check(const zs_node *node, zs_diag *diag)
 {
   const struct repeat_grid *p = node->parameters;
   for (int k = 0; k < 3; k++) {
-    if (p->count[k] != floor(p->count[k]))
-      return zs_node_fail(node, diag, "count", "%g is not a whole number; expected 0, 1, 2 ...",
-                          p->count[k]);
+    if (p->count[k] != floor(p->count[k]) || p->count[k] > MOST_COUNT)
+      return zs_node_fail(node, diag, "count",
+                          "%.10g is not a whole number from 0 to %.0f", p->count[k], MOST_COUNT);
     if (p->spacing[k] == 0 && p->count[k] > 1 && zs_node_has(node, "count") &&
         !(p->count[0] == p->count[1] && p->count[1] == p->count[2]))
       return zs_node_fail(node, diag, "count",

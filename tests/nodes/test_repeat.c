@@ -339,6 +339,8 @@ static void bad_input_is_refused(void **unused)
   expect_error("<repeat-grid spacing='-1 1 1'><sphere/></repeat-grid>", "-1");
   expect_error("<repeat-grid spacing='1 nan 1'><sphere/></repeat-grid>", "nan");
   expect_error("<repeat-grid spacing='3' count='2.5'><sphere/></repeat-grid>", "2.5 is not a whole");
+  expect_error("<repeat-grid spacing='3' count='1000001'><sphere/></repeat-grid>", "1000001 is not");
+  expect_error("<repeat-grid spacing='3' count='1e300'><sphere/></repeat-grid>", "1e+300 is not");
   expect_error("<repeat-grid spacing='3' count='-2'><sphere/></repeat-grid>", "-2");
   expect_error("<repeat-grid spacing='3 0 0' count='2 3 1'><sphere/></repeat-grid>", "along y");
   expect_error("<repeat-grid spacing='3' anchor='last'><sphere/></repeat-grid>", "last");
