@@ -25,6 +25,7 @@ gallery_pictures = \
   doc/gallery/figurine-cut.png \
   doc/gallery/figurine.png \
   doc/gallery/flange.png \
+  doc/gallery/hull.png \
   doc/gallery/influence.png \
   doc/gallery/influence-star.png \
   doc/gallery/letters.png \
@@ -43,7 +44,8 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bearing bracket bunny candlestick column contours creature cup figurine flange influence \
+	for name in bearing bracket bunny candlestick column contours creature cup figurine \
+	    flange hull influence; do \
 	    letters loft morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \

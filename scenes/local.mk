@@ -12,6 +12,8 @@ EXTRA_DIST += \
   scenes/doll.xml \
   scenes/figurine.xml \
   scenes/flange.xml \
+  scenes/hull.xml \
+  scenes/hull/frames.svg \
   scenes/influence.xml \
   scenes/letters.xml \
   scenes/library/mouldings.xml \

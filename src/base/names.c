@@ -1,5 +1,6 @@
 #include "base/names.h"
 
+#include <ctype.h>
 #include <string.h>
 
 enum { FIRST_CAPACITY = 32 };
@@ -60,4 +61,26 @@ bool zs_names_add(zs_names *names, zs_arena *arena, const char *text, size_t len
   *slot_of(names, text, length, hash) = (zs_name){text, length, hash, value};
   names->count++;
   return true;
+}
+
+int zs_compare_naturally(const char *a, const char *b)
+{
+  while (*a && *b) {
+    if (isdigit((unsigned char)*a) && isdigit((unsigned char)*b)) {
+      a += strspn(a, "0");
+      b += strspn(b, "0");
+      const size_t m = strspn(a, "0123456789"), n = strspn(b, "0123456789");
+      const int order = m != n ? (m < n ? -1 : 1) : strncmp(a, b, m);
+      if (order)
+        return order;
+      a += m;
+      b += n;
+    } else if (*a != *b) {
+      break;
+    } else {
+      a++;
+      b++;
+    }
+  }
+  return (unsigned char)*a - (unsigned char)*b;
 }

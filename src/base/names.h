@@ -1,4 +1,4 @@
-/* A table from names to numbers, such as places in an array. */
+/* Names: a table from them to numbers, such as places in an array, and their natural order. */
 #ifndef ZS_NAMES_H
 #define ZS_NAMES_H
 
@@ -25,5 +25,9 @@ const zs_name *zs_names_find(const zs_names *names, const char *text, size_t len
 /* Add a name that is not in the table; false when memory is out. */
 bool zs_names_add(zs_names *names, zs_arena *arena, const char *text, size_t length,
                   uint32_t value);
+
+/* Less than, equal to or greater than 0 as a comes before, with or after b: digits compare as
+ * numbers, all else byte by byte. */
+int zs_compare_naturally(const char *a, const char *b);
 
 #endif

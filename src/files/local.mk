@@ -16,6 +16,8 @@ zs_sources += \
   src/files/rings.h \
   src/files/svg.c \
   src/files/svg.h \
+  src/files/svg_values.c \
+  src/files/svg_values.h \
   src/files/text_file.c \
   src/files/text_file.h \
   src/files/tiff.c \

@@ -18,4 +18,23 @@
 bool zs_svg_read(zs_outline *outline, const char *path, const char *group, bool down,
                  zs_diag *diag);
 
+/* A group of shapes that stand for themselves. */
+typedef struct zs_svg_group {
+  char *name;  /* its id; "" when it has none */
+  size_t place; /* in the document */
+  zs_outline outline; /* may be empty */
+} zs_svg_group;
+
+typedef struct zs_svg_groups {
+  zs_svg_group *groups;
+  size_t count;
+} zs_svg_groups;
+
+/* Read the groups (<g>) of an SVG file apart: those in the root, or in its only group when
+ * there are several in that, under all transforms, in the natural order of their ids and else
+ * of the document.  Groups that are not displayed are left out, and shapes in none too, with a
+ * warning.  False after reporting, also when there is no group. */
+bool zs_svg_read_groups(zs_svg_groups *groups, const char *path, bool down, zs_diag *diag);
+void zs_svg_groups_clear(zs_svg_groups *groups);
+
 #endif

@@ -82,6 +82,7 @@ zs_sources += \
   src/nodes/sphere.c \
   src/nodes/stack.c \
   src/nodes/stack.h \
+  src/nodes/stack_outlines.c \
   src/nodes/stack_read.c \
   src/nodes/stack_source.c \
   src/nodes/stack_source.h \

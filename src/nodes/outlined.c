@@ -28,23 +28,26 @@ static zs_fill_result add_shape(const zs_outline *outline, size_t shape, double 
   return result;
 }
 
-static bool fail(const zs_node *node, const char *attribute, zs_fill_result result, zs_diag *diag)
+static bool fail(const zs_node *node, const char *attribute, const char *name,
+                 zs_fill_result result, zs_diag *diag)
 {
   if (result == ZS_FILL_MEMORY)
     return false; /* reported */
-  return zs_node_fail(node, diag, attribute, result == ZS_FILL_EMPTY
+  return zs_node_fail(node, diag, attribute, "%s%.80s%s%s", name ? "'" : "", name ? name : "",
+                      name ? "': " : "", result == ZS_FILL_EMPTY
                       ? "the outlines enclose nothing"
                       : "outlines lie too close to each other to tell what they enclose; expected "
                         "some that are equal, or apart by a millionth of the whole");
 }
 
 bool zs_outlined_fill(const zs_outline *outline, double tolerance, bool absolute,
-                      const zs_node *node, const char *attribute, zs_fill *fill, zs_diag *diag)
+                      const zs_node *node, const char *attribute, const char *name, zs_fill *fill,
+                      zs_diag *diag)
 {
   double lo[2], hi[2];
   *fill = (zs_fill){0};
   if (!zs_outline_box(outline, lo, hi))
-    return fail(node, attribute, ZS_FILL_EMPTY, diag);
+    return fail(node, attribute, name, ZS_FILL_EMPTY, diag);
   const double size = fmax(hi[0] - lo[0], hi[1] - lo[1]);
   if (!(size < MOST_APART))
     return zs_node_fail(node, diag, attribute, "points lie %g apart; expected less than %g", size,
@@ -67,5 +70,5 @@ bool zs_outlined_fill(const zs_outline *outline, double tolerance, bool absolute
   if (result == ZS_FILL_DONE)
     return true;
   zs_fill_clear(fill);
-  return fail(node, attribute, result, diag);
+  return fail(node, attribute, name, result, diag);
 }

@@ -8,9 +8,11 @@
 
 /* The boundary of the union of an outline's shapes, each filled by its own rule, with chords
  * no farther than `tolerance` times the size of the whole from curves; or, when `absolute`,
- * no farther than `tolerance`.  False after reporting about the attribute: nothing is
- * filled, or coordinates are too far apart for single precision. */
+ * no farther than `tolerance`.  False after reporting about the attribute, and the `name` of
+ * the outline unless it is NULL: nothing is filled, or coordinates are too far apart for
+ * single precision. */
 bool zs_outlined_fill(const zs_outline *outline, double tolerance, bool absolute,
-                      const zs_node *node, const char *attribute, zs_fill *fill, zs_diag *diag);
+                      const zs_node *node, const char *attribute, const char *name, zs_fill *fill,
+                      zs_diag *diag);
 
 #endif

@@ -109,7 +109,7 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   if (read_outline(node, &outline, diag)) {
     const bool given = !isnan(p->tolerance);
     if (zs_outlined_fill(&outline, given ? p->tolerance : TOLERANCE, given, node,
-                         p->src ? "src" : "d", &fill, diag)) {
+                         p->src ? "src" : "d", NULL, &fill, diag)) {
       move_to_middle(&fill, centre);
       polygon = zs_polygon_of_edges(zs_compiler_arena(compiler), fill.edges, fill.count);
       if (!polygon)

@@ -2,6 +2,7 @@
 #include "nodes/stack.h"
 
 #include "base/key.h"
+#include "files/volume_read.h"
 #include "scene/tree.h"
 #include "stack/join.h"
 
@@ -20,15 +21,17 @@ static const char *const caps[] = {"closed", "open", NULL};
 static const zs_attribute attributes[] = {
   {.name = "src", .type = ZS_FILES, .offset = offsetof(struct stack, src), .unit = "",
    .doc = "the slices: PNG, PGM or TIFF files by a pattern, such as `slices/*.png`, in natural "
-          "order (9 before 10); the pages of one TIFF file; or one NRRD, MHD, NIfTI or VTI volume, "
-          "in its own coordinates"},
+          "order (9 before 10); the pages of one TIFF file; SVG files, the groups of one SVG file, or "
+          "text files of polygons (.txt, .csv, .xy), by the same pattern; or one NRRD, MHD, NIfTI or "
+          "VTI volume, in its own coordinates"},
   ZS_LENGTH(struct stack, spacing, "spacing", "1", ZS_RANGE_POSITIVE,
             "how far the files' slices are apart"),
   {.name = "levels", .type = ZS_NUMBERS, .offset = offsetof(struct stack, levels),
    .initial = "", .unit = "length",
    .doc = "instead of `spacing`: where each file's slice lies, ascending; z of `origin` is then "
           "left out"},
-  ZS_IMAGE_PIXEL(struct stack, ""),
+  ZS_IMAGE_PIXEL(struct stack, ". Of outlines: how finely f is sampled; a 128th of the longest side "
+                               "when it is not given"),
   {.name = "level", .type = ZS_NUMBER, .offset = offsetof(struct stack, level), .initial = "",
    .unit = "1",
    .doc = "inside is what is at least as bright, where 0 is black and 1 is white, or in a volume "
@@ -40,7 +43,8 @@ static const zs_attribute attributes[] = {
    .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 1, .maximum = 1e6,
    .doc = "take every n-th slice only, the first one too"},
   ZS_POINT(struct stack, origin, "origin", "0 0 0",
-           "where the first picture's corner is that has the least x and y"),
+           "where the first picture's corner is that has the least x and y, or the origin of "
+           "outlines"),
   ZS_IMAGE_Y(struct stack),
   ZS_SELECT(struct stack, method, "method", "auto", methods,
             "`linear`: distances to the outlines, in straight lines from slice to slice; "
@@ -63,11 +67,46 @@ static bool check_ascending(const zs_node *node, zs_diag *diag)
   return true;
 }
 
+/* Files of one sort: pictures, outlines, or one volume. */
+static bool check_files(const zs_node *node, zs_diag *diag)
+{
+  const zs_files *src = &((const struct stack *)node->parameters)->src;
+  for (size_t i = 0; i < src->count; i++) {
+    const char *name = zs_stack_file_name(src->paths[i]);
+    if (src->count > 1 && zs_volume_is_name(name))
+      return zs_node_misuse(node, diag, "src", "'%.80s' is a volume; expected one such file, or "
+                            "pictures", name);
+    if (zs_stack_is_outline(name) != zs_stack_is_outlines(node))
+      return zs_node_misuse(node, diag, "src", "'%.80s' is no file like '%.80s'; expected pictures "
+                            "or outlines, not both", name, zs_stack_file_name(src->paths[0]));
+  }
+  return true;
+}
+
+/* Outlines are in the scene's coordinates. */
+static bool check_outlines(const zs_node *node, zs_diag *diag)
+{
+  const struct stack *p = node->parameters;
+  for (int i = 0; i < 2; i++)
+    if (zs_node_has(node, i ? "label" : "level"))
+      return zs_node_misuse(node, diag, i ? "label" : "level", "outlines have no %s",
+                            i ? "labels" : "brightness");
+  if (isnan(p->pixel))
+    return zs_node_misuse(node, diag, "pixel", "outlines have no pixels; expected a length");
+  for (size_t i = 0; zs_node_has(node, "y") && i < p->src.count; i++)
+    if (!zs_stack_ends_in(p->src.paths[i], ".svg"))
+      return zs_node_misuse(node, diag, "y", "'%.80s' has y as it is",
+                            zs_stack_file_name(p->src.paths[i]));
+  return true;
+}
+
 static bool check(const zs_node *node, zs_diag *diag)
 {
   const struct stack *p = node->parameters;
   static const char *const of_series[] = {"spacing", "levels", "pixel", "origin", "y"};
   const bool volume = zs_stack_is_volume(node);
+  if (!check_files(node, diag) || (zs_stack_is_outlines(node) && !check_outlines(node, diag)))
+    return false;
   for (size_t i = 0; volume && i < ZS_COUNT_OF(of_series); i++)
     if (zs_node_has(node, of_series[i]))
       return zs_node_misuse(node, diag, of_series[i], "the volume itself says where it lies");
@@ -114,7 +153,7 @@ static bool key_of(const zs_node *node, uint64_t key[2])
   const double numbers[] = {p->spacing, isnan(p->pixel) ? -1 : p->pixel,
                             isnan(p->level) ? -1 : p->level, isnan(p->level),
                             p->origin[0], p->origin[1], p->origin[2], p->every, p->method, p->y,
-                            (double)p->label.count};
+                            (double)p->label.count, zs_node_has(node, "pixel")};
   zs_key_begin(key, "stack");
   zs_key_add(key, numbers, sizeof numbers);
   zs_key_add(key, p->label.values, p->label.count * sizeof *p->label.values);

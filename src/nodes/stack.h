@@ -22,10 +22,29 @@ typedef struct zs_stack_read {
 /* Whether the file is one that holds all slices, and says where they lie. */
 bool zs_stack_is_volume(const zs_node *node);
 
-/* A path without its folders. */
-const char *zs_stack_file_name(const char *path);
+/* Whether slices are drawn outlines, by the names of files. */
+bool zs_stack_is_outlines(const zs_node *node);
 
 /* False after reporting; to be cleared in any case. */
 bool zs_stack_read_slices(zs_stack_read *read, zs_compiler *compiler, const zs_node *node);
+
+/* ---- Between the files of stacks -------------------------------------------------------- */
+
+/* A path without its folders. */
+const char *zs_stack_file_name(const char *path);
+
+/* Of slices without a place in their files: the height of the first one, and how far above
+ * it the k-th one lies of those that are kept. */
+double zs_stack_first(const zs_node *node);
+double zs_stack_height(const zs_node *node, size_t k);
+
+/* Whether there are as many `levels`, if any, as slices in the files. */
+bool zs_stack_check_levels(const zs_node *node, size_t slices, const char *what, zs_diag *diag);
+
+/* zs_stack_read_slices for outlines (stack_outlines.c); whether a name is that of such a file. */
+bool zs_stack_read_outlines(zs_stack_read *read, const zs_node *node, const zs_control *control,
+                            zs_diag *diag);
+bool zs_stack_is_outline(const char *path);
+bool zs_stack_ends_in(const char *path, const char *ending);
 
 #endif

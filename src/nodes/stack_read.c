@@ -1,4 +1,4 @@
-/* Slices from series of pictures, and from volumes. */
+/* Slices from pictures and from volumes. */
 #include "nodes/stack_source.h"
 
 #include <ctype.h>
@@ -10,6 +10,24 @@ bool zs_stack_is_volume(const zs_node *node)
 {
   const zs_files *src = &((const struct stack *)node->parameters)->src;
   return src->count == 1 && zs_volume_is_name(src->paths[0]);
+}
+
+bool zs_stack_is_outlines(const zs_node *node)
+{
+  return zs_stack_is_outline(((const struct stack *)node->parameters)->src.paths[0]);
+}
+
+double zs_stack_first(const zs_node *node)
+{
+  const struct stack *p = node->parameters;
+  return p->levels.count ? p->levels.values[0] : p->origin[2];
+}
+
+double zs_stack_height(const zs_node *node, size_t k)
+{
+  const struct stack *p = node->parameters;
+  const size_t i = k * (size_t)p->every;
+  return p->levels.count ? p->levels.values[i] - p->levels.values[0] : (double)i * p->spacing;
 }
 
 /* ---- Slices ---------------------------------------------------------------------------- */
@@ -100,13 +118,12 @@ static bool check_series(const zs_node *node, zs_diag *diag)
   return true;
 }
 
-/* A number of the stack for each slice of its files, or none. */
-static bool check_levels(const zs_stack_source *source, const zs_node *node, zs_diag *diag)
+bool zs_stack_check_levels(const zs_node *node, size_t slices, const char *what, zs_diag *diag)
 {
   const struct stack *p = node->parameters;
-  return !p->levels.count || p->levels.count == source->total ||
+  return !p->levels.count || p->levels.count == slices ||
          zs_node_fail(node, diag, "levels", "there are %zu numbers, but %zu %s",
-                      p->levels.count, source->total, p->src.count > 1 ? "files" : "pages");
+                      p->levels.count, slices, p->src.count > 1 ? "files" : what);
 }
 
 static bool read_pictures(zs_stack_read *read, const zs_stack_source *source, const zs_node *node,
@@ -114,17 +131,14 @@ static bool read_pictures(zs_stack_read *read, const zs_stack_source *source, co
 {
   const struct stack *p = node->parameters;
   const zs_volume *v = &source->volume;
-  if (!check_levels(source, node, diag) ||
+  if (!zs_stack_check_levels(node, source->total, "pages", diag) ||
       !zs_image_side(&read->pixel, p->pixel, source->side, node, diag))
     return false;
-  const double first = p->levels.count ? p->levels.values[0] : p->origin[2];
-  for (size_t k = 0; k < v->size[2]; k++) {
-    const size_t i = k * (size_t)p->every;
-    const double z = p->levels.count ? p->levels.values[i] - first : (double)i * p->spacing;
-    if (!add_slice(read, source, node, k, z / read->pixel, diag))
+  for (size_t k = 0; k < v->size[2]; k++)
+    if (!add_slice(read, source, node, k, zs_stack_height(node, k) / read->pixel, diag))
       return false;
-  }
-  const zs_image_place place = {read->pixel, v->size[1], {p->origin[0], p->origin[1], first},
+  const zs_image_place place = {read->pixel, v->size[1],
+                                {p->origin[0], p->origin[1], zs_stack_first(node)},
                                 p->y == ZS_IMAGE_Y_DOWN};
   zs_image_matrix(&place, read->matrix);
   return true;
@@ -180,6 +194,8 @@ bool zs_stack_read_slices(zs_stack_read *read, zs_compiler *compiler, const zs_n
   *read = (zs_stack_read){.pixel = 1};
   if (!volume && !p->levels.count && !check_series(node, diag))
     return false;
+  if (zs_stack_is_outlines(node))
+    return zs_stack_read_outlines(read, node, zs_compiler_control(compiler), diag);
   zs_stack_source *source = zs_stack_source_find(compiler, node);
   const bool done = source && (volume ? read_volume(read, source, node, diag)
                                       : read_pictures(read, source, node, diag));

@@ -160,7 +160,8 @@ static bool read_svg(zs_rings *rings, const zs_node *part, const char *path, zs_
   *rings = (zs_rings){0};
   if (!zs_svg_read(&outline, path, NULL, false, diag))
     return false;
-  const bool filled = zs_outlined_fill(&outline, tolerance, false, part, "src", &fill, diag);
+  const bool filled =
+    zs_outlined_fill(&outline, tolerance, false, part, "src", NULL, &fill, diag);
   zs_outline_clear(&outline);
   if (!filled)
     return false;

@@ -1,6 +1,7 @@
 #include "scene/scene.h"
 
-#include <ctype.h>
+#include "base/names.h"
+
 #include <dirent.h>
 #include <errno.h>
 #include <fnmatch.h>
@@ -109,33 +110,10 @@ const char *zs_path_resolve(const zs_scene *scene, const char *folder, const cha
 
 enum { MOST_FILES = 100000 };
 
-/* Digits compare as numbers, all else byte by byte. */
-static int compare_naturally(const char *a, const char *b)
-{
-  while (*a && *b) {
-    if (isdigit((unsigned char)*a) && isdigit((unsigned char)*b)) {
-      a += strspn(a, "0");
-      b += strspn(b, "0");
-      const size_t m = strspn(a, "0123456789"), n = strspn(b, "0123456789");
-      const int order = m != n ? (m < n ? -1 : 1) : strncmp(a, b, m);
-      if (order)
-        return order;
-      a += m;
-      b += n;
-    } else if (*a != *b) {
-      break;
-    } else {
-      a++;
-      b++;
-    }
-  }
-  return (unsigned char)*a - (unsigned char)*b;
-}
-
 static int compare_names(const void *left, const void *right)
 {
   const char *a = *(const char *const *)left, *b = *(const char *const *)right;
-  const int order = compare_naturally(a, b);
+  const int order = zs_compare_naturally(a, b);
   return order ? order : strcmp(a, b);
 }
 

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What a given pixel becomes at least, in pixels, when it has the wrong sign; and how near
- * to 0 it may be before it counts as that. */
+/* What a given pixel becomes, in pixels, when it has the wrong sign, unless it is nearer to
+ * the outline; and how near to 0 it may be before it counts as that. */
 static const float MENDED = 0.1F, DOUBTFUL = 1e-3F;
 
 /* ---- Signs ------------------------------------------------------------------------------- */
@@ -32,9 +32,11 @@ void zs_join_mend_levels(const zs_joiner *j)
     for (size_t y = 0; y < r->count[1]; y++)
       for (size_t x = 0; x < r->count[0]; x++) {
         const float f = *zs_raster_sample(r, x, y, j->level[i]);
-        const bool inside = j->fields[i][y * r->count[0] + x] >= 0;
+        const float given = j->fields[i][y * r->count[0] + x];
+        const bool inside = given >= 0;
+        const float mended = fmaxf(fminf(fabsf(given), MENDED), 2 * DOUBTFUL);
         if (!(inside ? f >= DOUBTFUL : f <= -DOUBTFUL))
-          spread(j, i, x, y, (inside ? MENDED : -MENDED) - f);
+          spread(j, i, x, y, (inside ? mended : -mended) - f);
       }
 }
 

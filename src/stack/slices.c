@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 4 };
+enum { MARGIN = ZS_SLICES_MARGIN };
 
 /* All lengths in pixels.  What pictures of two values are smoothed by; points on the outline
  * and beside it are no nearer to each other; how far the latter are from it. */
@@ -17,7 +17,7 @@ static const float LEAST = 0.15F;
 typedef struct tracer {
   const zs_slices *slices;
   zs_stack_slice *slice;
-  float *smooth; /* brightness above the level, smoothed; as large as the distances */
+  const float *smooth; /* 0 on the outline, positive inside; as large as the distances */
   int32_t *first, *next; /* of the points in each pixel, -1: none; the next one of each */
   size_t capacity;
 } tracer;
@@ -46,24 +46,25 @@ static void blur(const float *from, float *to, size_t count, size_t lines, size_
     }
 }
 
-/* Margins are black. */
-static bool smooth(tracer *t, const zs_picture *picture)
+/* Brightness above the level, smoothed; NULL when memory is out.  Margins are black. */
+static float *smoothed(const zs_slices *s, const zs_picture *picture)
 {
-  const zs_slices *s = t->slices;
   const size_t count = s->width * s->height;
-  float *raw = malloc(count * sizeof *raw);
-  if (!raw)
-    return false;
-  for (size_t i = 0; i < count; i++)
-    raw[i] = -picture->level;
-  for (size_t y = 0; y < picture->height; y++)
-    for (size_t x = 0; x < picture->width; x++)
-      raw[(y + MARGIN) * s->width + x + MARGIN] += picture->pixels[y * picture->width + x];
-  blur(raw, t->smooth, s->width, s->height, 1, s->width);
-  blur(t->smooth, raw, s->height, s->width, s->width, 1);
-  memcpy(t->smooth, raw, count * sizeof *raw);
+  float *raw = malloc(count * sizeof *raw), *across = malloc(count * sizeof *across);
+  if (raw && across) {
+    for (size_t i = 0; i < count; i++)
+      raw[i] = -picture->level;
+    for (size_t y = 0; y < picture->height; y++)
+      for (size_t x = 0; x < picture->width; x++)
+        raw[(y + MARGIN) * s->width + x + MARGIN] += picture->pixels[y * picture->width + x];
+    blur(raw, across, s->width, s->height, 1, s->width);
+    blur(across, raw, s->height, s->width, s->width, 1);
+  }
+  free(across);
+  if (across)
+    return raw;
   free(raw);
-  return true;
+  return NULL;
 }
 
 /* ---- Points ------------------------------------------------------------------------- */
@@ -172,18 +173,16 @@ static bool add_sides(tracer *t)
   return true;
 }
 
-static bool make_points(const zs_slices *slices, zs_stack_slice *slice, const zs_picture *picture)
+static bool make_points(const zs_slices *slices, zs_stack_slice *slice, const float *smooth)
 {
   const size_t pixels = slices->width * slices->height;
-  tracer t = {.slices = slices, .slice = slice};
-  t.smooth = malloc(pixels * sizeof *t.smooth);
+  tracer t = {.slices = slices, .slice = slice, .smooth = smooth};
   t.first = malloc(pixels * sizeof *t.first);
-  bool memory = t.smooth && t.first && smooth(&t, picture);
+  bool memory = t.first;
   if (memory) {
     memset(t.first, -1, pixels * sizeof *t.first);
     memory = trace(&t) && add_sides(&t);
   }
-  free(t.smooth);
   free(t.first);
   free(t.next);
   return memory;
@@ -191,21 +190,30 @@ static bool make_points(const zs_slices *slices, zs_stack_slice *slice, const zs
 
 /* ---- Slices --------------------------------------------------------------------------- */
 
-bool zs_slices_add(zs_slices *slices, const zs_picture *picture, double height)
+/* An empty slice; NULL when memory is out. */
+static zs_stack_slice *append(zs_slices *slices, size_t width, size_t height, double at)
 {
   if (slices->count == slices->capacity) {
     const size_t capacity = 2 * slices->capacity + 8;
     zs_stack_slice *grown = realloc(slices->slices, capacity * sizeof *grown);
     if (!grown)
-      return false;
+      return NULL;
     slices->slices = grown;
     slices->capacity = capacity;
   }
   slices->margin = MARGIN;
-  slices->width = picture->width + 2 * MARGIN;
-  slices->height = picture->height + 2 * MARGIN;
+  slices->width = width + 2 * MARGIN;
+  slices->height = height + 2 * MARGIN;
   zs_stack_slice *slice = &slices->slices[slices->count++];
-  *slice = (zs_stack_slice){.height = height};
+  *slice = (zs_stack_slice){.height = at};
+  return slice;
+}
+
+bool zs_slices_add(zs_slices *slices, const zs_picture *picture, double height)
+{
+  zs_stack_slice *slice = append(slices, picture->width, picture->height, height);
+  if (!slice)
+    return false;
   slice->distance = malloc(slices->width * slices->height * sizeof *slice->distance);
   const zs_picture_result result = slice->distance
                                      ? zs_picture_distance(picture, MARGIN, slice->distance)
@@ -215,7 +223,22 @@ bool zs_slices_add(zs_slices *slices, const zs_picture *picture, double height)
     slice->distance = NULL;
     return true;
   }
-  return result == ZS_PICTURE_DONE && make_points(slices, slice, picture);
+  float *smooth = result == ZS_PICTURE_DONE ? smoothed(slices, picture) : NULL;
+  const bool memory = smooth && make_points(slices, slice, smooth);
+  free(smooth);
+  return memory;
+}
+
+bool zs_slices_add_distance(zs_slices *slices, size_t width, size_t height, float *distance,
+                            double at)
+{
+  zs_stack_slice *slice = append(slices, width, height, at);
+  if (!slice) {
+    free(distance);
+    return false;
+  }
+  slice->distance = distance;
+  return !distance || make_points(slices, slice, distance);
 }
 
 void zs_slices_clear(zs_slices *slices)

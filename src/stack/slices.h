@@ -17,6 +17,8 @@ typedef struct zs_stack_slice {
   size_t count;
 } zs_stack_slice;
 
+enum { ZS_SLICES_MARGIN = 4 };
+
 /* Slices by ascending height, all of the same size. */
 typedef struct zs_slices {
   size_t width, height, margin; /* of distances, the margins of pictures included */
@@ -29,6 +31,14 @@ typedef struct zs_slices {
  * one pixel inwards and outwards, where the distance is their value.  False when memory is
  * out. */
 bool zs_slices_add(zs_slices *slices, const zs_picture *picture, double height);
+
+/* Append the slice of an outline by its distance, in pixels, at the centres of width x height
+ * pixels and of ZS_SLICES_MARGIN rows and columns around them, all of which are outside.  It
+ * was made by malloc, and is the slices' from now on, even after failing.  NULL: nothing is
+ * inside.  Points are as above, on the outline itself.  False when memory is out. */
+bool zs_slices_add_distance(zs_slices *slices, size_t width, size_t height, float *distance,
+                            double at);
+
 void zs_slices_clear(zs_slices *slices);
 
 /* Whether a pixel of a slice is inside. */

@@ -246,6 +246,114 @@ static void test_tiff(void **unused)
   }
 }
 
+/* ---- Outlines ----------------------------------------------------------------------------- */
+
+/* Rings about the axis x = 20, y = 16, whose radii are told by a slice's number. */
+static double outer_radius(int i)
+{
+  return 12 - i;
+}
+static double hole_radius(int i)
+{
+  return 3 + 0.5 * i;
+}
+
+static const char RING[] =
+  "<path fill-rule='evenodd' d='M%g 10 a%g %g 0 0 0 %g 0 a%g %g 0 0 0 %g 0 Z "
+  "M%g 10 a%g %g 0 0 0 %g 0 a%g %g 0 0 0 %g 0 Z'/>";
+
+static void write_ring(FILE *file, int i)
+{
+  const double r = outer_radius(i), h = hole_radius(i);
+  fprintf(file, RING, 15 - r, r, r, 2 * r, r, r, -2 * r, 15 - h, h, h, 2 * h, h, h, -2 * h);
+}
+
+/* Slices 8 to 11 minus 8, as groups in another order, as files, and as polygons. */
+static void write_outlines(void)
+{
+  static const int order[] = {10, 8, 11, 9};
+  FILE *file = create("rings.svg");
+  fprintf(file, "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 40 32'>"
+                "<g id='all' transform='translate(5 6)'><title>rings</title>");
+  for (int k = 0; k < 4; k++) {
+    fprintf(file, "<g id='s%d'>", order[k]);
+    write_ring(file, order[k] - 8);
+    fprintf(file, "</g>");
+  }
+  fprintf(file, "<g id='s12' display='none'><circle r='3'/></g></g></svg>");
+  assert_int_equal(fclose(file), 0);
+  for (int i = 0; i < 4; i++) {
+    char name[20];
+    snprintf(name, sizeof name, "ring%d.svg", i + 8);
+    file = create(name);
+    fprintf(file, "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-5 -6 40 32'>");
+    write_ring(file, i);
+    fprintf(file, "</svg>");
+    assert_int_equal(fclose(file), 0);
+    snprintf(name, sizeof name, "poly%d.txt", i + 8);
+    file = create(name);
+    for (int ring = 0; ring < 2; ring++, fprintf(file, "\n"))
+      for (int k = 0; k < 720; k++) {
+        const double r = ring ? hole_radius(i) : outer_radius(i), t = k * 3.14159265358979 / 360;
+        fprintf(file, "%.9g %.9g\n", 20 + r * cos(t), 16 + r * sin(t));
+      }
+    assert_int_equal(fclose(file), 0);
+  }
+}
+
+/* The exact distance at every level, whichever way the rings come. */
+static void test_outlines(void **unused)
+{
+  (void)unused;
+  static const struct {
+    const char *attributes;
+    double x, y, z[4];
+  } cases[] = {{"src='rings.svg' spacing='3' pixel='0.5'", 0, 0, {0, 3, 6, 9}},
+               {"src='ring*.svg' spacing='3'", 0, 0, {0, 3, 6, 9}},
+               {"src='poly*.txt' spacing='3' pixel='0.5'", 0, 0, {0, 3, 6, 9}},
+               {"src='rings.svg' spacing='3' pixel='0.5' y='down'", 0, 0, {0, 3, 6, 9}},
+               {"src='rings.svg' levels='1 2 4 9' pixel='0.4' origin='3 -7 5'", 3, -7, {1, 2, 4, 9}},
+               {"src='rings.svg' spacing='4' pixel='0.3' origin='0 1 5' method='extended'", 0, 1,
+                {5, 9, 13, 17}}};
+  write_outlines();
+  for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++) {
+    char text[300];
+    snprintf(text, sizeof text, DOMAIN "<stack %s caps='open'/>", cases[c].attributes);
+    zs_field *field = compile(text);
+    zs_eval *eval = evaluator(field);
+    for (int i = 0; i < 4; i++)
+      for (double radius = 0; radius < 16; radius += 0.37) {
+        const double turn = 2.4 * radius;
+        const double p[3] = {cases[c].x + 20 + radius * cos(turn),
+                             cases[c].y + 16 + radius * sin(turn), cases[c].z[i]};
+        const double f = zs_eval_point(eval, p);
+        const double expected = fmin(outer_radius(i) - radius, radius - hole_radius(i));
+        /* Cubics between samples round off the ridges of distances. */
+        const bool ridge = radius < 1 ||
+                           fabs(radius - (outer_radius(i) + hole_radius(i)) / 2) < 1;
+        if (fabs(expected) < 0.3 && !ridge && fabs(f - expected) > 0.04)
+          fail_msg("%s: %g is not %g at radius %g of slice %d", text, f, expected, radius, i);
+        assert_true(fabs(expected) < 0.02 || (f > 0) == (expected > 0));
+      }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
+/* Empty groups are empty slices; every n-th group. */
+static void test_outline_choices(void **unused)
+{
+  (void)unused;
+  write_outlines();
+  write_text("gap.svg", "<svg xmlns='http://www.w3.org/2000/svg'><g id='a'><circle r='5'/></g>"
+                        "<g id='b'/><g id='c'><circle r='5'/></g></svg>");
+  const char *gap = DOMAIN "<stack src='gap.svg' spacing='4' pixel='0.5' caps='open'/>";
+  assert_true(value_in(gap, 0, 0, 0) > 0 && value_in(gap, 0, 0, 8) > 0);
+  assert_true(value_in(gap, 0, 0, 4) < 0);
+  const char *odd = DOMAIN "<stack src='rings.svg' every='2' pixel='0.5' caps='open'/>";
+  assert_true(fabs(value_in(odd, 30, 16, 2)) < 0.02); /* the third ring, of radius 10 */
+}
+
 /* A volume with other sides and axes: the file says where it lies. */
 static void test_volume(void **unused)
 {
@@ -315,6 +423,26 @@ static void test_bad_input(void **unused)
   expect("<stack src='more1.tif'/>", "found 1 slice; expected at least 2");
   expect("<stack src='pages.tif' levels='1 2'/>", "there are 2 numbers, but 3 pages");
   expect("<stack src='run*.pgm' label='4 5'/>", "no slice has any of the 2 numbers");
+  write_outlines();
+  write_text("flat.svg", "<svg xmlns='http://www.w3.org/2000/svg'><g id='a'><circle r='5'/></g>"
+                         "<g id='b'><path d='M0 0 H9'/></g></svg>");
+  write_text("bare.svg", "<svg xmlns='http://www.w3.org/2000/svg'><circle r='5'/></svg>");
+  write_text("void.svg", "<svg xmlns='http://www.w3.org/2000/svg'><g id='a'/><g id='b'/></svg>");
+  write_text("line1.txt", "0 0\n1 0\n1 1\n");
+  write_text("line2.txt", "0 0\n1 1\n");
+  write_text("run1.txt", "0 0\n1 0\n1 1\n");
+  expect("<stack src='flat.svg'/>", "'b': the outlines enclose nothing");
+  expect("<stack src='bare.svg'/>", "there are no groups; expected a <g> for every slice");
+  expect("<stack src='void.svg'/>", "all 2 slices are empty");
+  expect("<stack src='line*.txt'/>", "'line2.txt': the polygons enclose nothing");
+  expect("<stack src='line1.txt'/>", "found 1 slice; expected at least 2");
+  expect("<stack src='run*'/>", "expected pictures or outlines, not both");
+  expect("<stack src='rings.svg' level='0.5'/>", "outlines have no brightness");
+  expect("<stack src='rings.svg' label='1'/>", "outlines have no labels");
+  expect("<stack src='rings.svg' pixel='file'/>", "outlines have no pixels; expected a length");
+  expect("<stack src='rings.svg' pixel='1e-6'/>", "expected at most 32768 each way");
+  expect("<stack src='rings.svg' levels='1 2'/>", "there are 2 numbers, but 4 slices");
+  expect("<stack src='poly*.txt' y='down'/>", "'poly8.txt' has y as it is");
   expect("<image src='none.png'/>", "'none.png' cannot be opened");
   expect("<image src='black1.pgm'/>", "no pixel of the picture is as bright as the level, 0.5");
   expect("<image src='cut.pgm'/>", "ends too early");
@@ -353,7 +481,8 @@ int main(void)
     cmocka_unit_test(test_image),     cmocka_unit_test(test_series),
     cmocka_unit_test(test_levels_and_every), cmocka_unit_test(test_caps),
     cmocka_unit_test(test_labels),    cmocka_unit_test(test_several_labels),
-    cmocka_unit_test(test_tiff),      cmocka_unit_test(test_volume),
+    cmocka_unit_test(test_tiff),      cmocka_unit_test(test_outlines),
+    cmocka_unit_test(test_outline_choices), cmocka_unit_test(test_volume),
     cmocka_unit_test(test_bad_input), cmocka_unit_test(test_gap_with_levels),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
