@@ -45,7 +45,7 @@ EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
 	for name in bearing bracket bunny candlestick column contours creature cup figurine \
-	    flange hull influence; do \
+	    flange hull influence \
 	    letters loft morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
