@@ -12,6 +12,7 @@ dist_bashcompletion_DATA = doc/zeroset.bash
 # Pictures of the scenes, for doc/gallery.md.
 gallery_pictures = \
   doc/gallery/bearing.png \
+  doc/gallery/becoming.png \
   doc/gallery/bracket-slice.png \
   doc/gallery/bracket.png \
   doc/gallery/bunny.png \
@@ -50,6 +51,8 @@ gallery: zeroset
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done
+	./zeroset render $(srcdir)/scenes/becoming.xml --object row --bounds "-8 -9 -1 52 9 11" \
+	  --size 960x320 -o $(srcdir)/doc/gallery/becoming.png
 	./zeroset slice $(srcdir)/scenes/bracket.xml --z 4 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/bracket-slice.png
 	./zeroset slice $(srcdir)/scenes/cup.xml --axis y --at 0 --size 480x360 \

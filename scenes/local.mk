@@ -1,6 +1,7 @@
 # This room adds to the lists that Makefile.am describes.
 EXTRA_DIST += \
   scenes/bearing.xml \
+  scenes/becoming.xml \
   scenes/bracket.xml \
   scenes/bunny.obj \
   scenes/bunny.xml \

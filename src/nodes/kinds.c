@@ -22,7 +22,8 @@ extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_m
   zs_kind_matrix, zs_kind_stretch, zs_kind_shear, zs_kind_twist, zs_kind_taper, zs_kind_bend,
   zs_kind_space_map, zs_kind_repeat_grid, zs_kind_repeat_polar, zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_stack, zs_kind_variational,
-  zs_kind_space_time_blend, zs_kind_local_morph;
+  zs_kind_space_time_blend, zs_kind_local_morph,
+  zs_kind_distance_morph;
 extern const zs_kind zs_kind_distance, zs_kind_volume, zs_kind_sample;
 
 const zs_kind *const zs_kinds[] = {
@@ -104,6 +105,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_variational,
   &zs_kind_space_time_blend,
   &zs_kind_local_morph,
+  &zs_kind_distance_morph,
   /* Data */
   &zs_kind_distance,
   &zs_kind_volume,

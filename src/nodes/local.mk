@@ -19,6 +19,9 @@ zs_sources += \
   src/nodes/cylinder.c \
   src/nodes/displace.c \
   src/nodes/distance.c \
+  src/nodes/distance_morph.c \
+  src/nodes/distance_morph.h \
+  src/nodes/distance_morph_anchors.c \
   src/nodes/ellipse.c \
   src/nodes/ellipsoid.c \
   src/nodes/emit.c \

@@ -42,6 +42,8 @@ zs_sources += \
   src/rbf/poll.h \
   src/rbf/product.c \
   src/rbf/product.h \
+  src/rbf/rigid.c \
+  src/rbf/rigid.h \
   src/rbf/schwarz.c \
   src/rbf/schwarz.h \
   src/rbf/solve.h \

@@ -125,6 +125,8 @@ static const struct {
   {"convex", "<plane normal='0 0 1'/>"},
   {"convolution", "<segment from='0 0 0' to='1 0 0'/>"},
   {"curved-polygon", "<line to='0 0'/><line to='1 0'/><arc to='0 1' bulge='1'/>"},
+  {"distance-morph", "<shape at='0'><sphere/></shape><shape at='1'><box/></shape>"
+                     "<pair from='0 0 0' to='1 0 0'/>"},
   {"extrude", "<circle/>"},
   {"fit-points", "<point at='1 0 0'/><sphere/>"},
   {"formula", "1 - x"},

@@ -2,6 +2,7 @@ zs_tests += \
   tests/nodes/test_curved_polygon \
   tests/nodes/test_data \
   tests/nodes/test_deform \
+  tests/nodes/test_distance_morph \
   tests/nodes/test_fits \
   tests/nodes/test_formulas \
   tests/nodes/test_interpolate \
@@ -58,6 +59,9 @@ tests_nodes_test_solids_SOURCES = \
 tests_nodes_test_maps_SOURCES = tests/nodes/test_maps.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_skeletal_SOURCES = \
   tests/nodes/test_skeletal.c tests/nodes/laws.h tests/nodes/build.h
+tests_nodes_test_distance_morph_SOURCES = \
+  tests/nodes/test_distance_morph.c tests/nodes/laws.h tests/nodes/build.h \
+  tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_point_maps_SOURCES = \
   tests/nodes/test_point_maps.c tests/nodes/laws.h tests/nodes/build.h tests/nodes/scene_text.h \
   tests/files/scratch.h tests/random.h

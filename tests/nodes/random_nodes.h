@@ -102,6 +102,9 @@ static inline void random_attribute(zs_arena *arena, zs_node *node, const zs_att
     while (attribute->choices[n])
       n++;
     choose(node, attribute->name, attribute->choices[random_below(state, n)]);
+  } else if (attribute->type == ZS_BOOLEAN) {
+    *(bool *)field_of(node, attribute) = random_below(state, 2);
+    mark_given(node, attribute);
   } else if (attribute->type == ZS_FORMULA) {
     random_formula(arena, node, attribute, state);
   } else if (!strcmp(node->kind->name, "triangle")) {
@@ -201,6 +204,21 @@ static inline bool takes_children(const zs_kind *kind)
   return kind->children != ZS_CHILDREN_NONE || has_children_in_parts(kind);
 }
 
+/* Anchors of a morph between the shapes that it has, near to where they were. */
+static inline void add_anchors(zs_arena *arena, zs_node *morph, uint64_t *state)
+{
+  const size_t shapes = morph->child_count;
+  for (size_t n = random_below(state, 6); n > 0; n--) {
+    zs_node *pair = node_of_kind(arena, morph->kind->parts[1]);
+    double ends[3 * 9];
+    for (size_t i = 0; i < 3 * shapes; i++)
+      ends[i] = i < 3 ? random_between(state, -1.5, 1.5)
+                      : ends[i - 3] + random_between(state, -0.2, 0.2);
+    set_vector(pair, "from", ends);
+    adopt(arena, morph, set_numbers(arena, pair, "to", ends + 3, 3 * (shapes - 1)));
+  }
+}
+
 static inline zs_node *random_node(zs_arena *arena, const zs_kind *kind, uint64_t *state)
 {
   zs_node *node = random_leaf(arena, kind, state);
@@ -213,6 +231,8 @@ static inline zs_node *random_node(zs_arena *arena, const zs_kind *kind, uint64_
     at += random_between(state, 0.3, 1.2);
     assert_true(i < 9);
   }
+  if (!strcmp(kind->name, "distance-morph"))
+    add_anchors(arena, node, state);
   return node;
 }
 

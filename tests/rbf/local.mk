@@ -9,6 +9,7 @@ zs_tests += \
   tests/rbf/test_greedy \
   tests/rbf/test_iterative \
   tests/rbf/test_normals \
+  tests/rbf/test_rigid \
   tests/rbf/test_solvers \
   tests/rbf/test_sum
 tests_rbf_test_cells_SOURCES = tests/rbf/test_cells.c tests/random.h
@@ -19,6 +20,7 @@ tests_rbf_test_fit_SOURCES = tests/rbf/test_fit.c tests/rbf/clouds.h tests/rando
 tests_rbf_test_greedy_SOURCES = tests/rbf/test_greedy.c tests/random.h
 tests_rbf_test_iterative_SOURCES = tests/rbf/test_iterative.c tests/rbf/clouds.h tests/random.h
 tests_rbf_test_normals_SOURCES = tests/rbf/test_normals.c tests/random.h
+tests_rbf_test_rigid_SOURCES = tests/rbf/test_rigid.c tests/random.h
 tests_rbf_test_solvers_SOURCES = tests/rbf/test_solvers.c tests/random.h
 tests_rbf_test_sum_SOURCES = tests/rbf/test_sum.c tests/random.h
 tests_rbf_test_flow_SOURCES = tests/rbf/test_flow.c tests/random.h
