@@ -29,6 +29,7 @@ gallery_pictures = \
   doc/gallery/hull.png \
   doc/gallery/influence.png \
   doc/gallery/influence-star.png \
+  doc/gallery/lantern.png \
   doc/gallery/letters.png \
   doc/gallery/loft.png \
   doc/gallery/morph.png \
@@ -47,7 +48,7 @@ EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 gallery: zeroset
 	for name in bearing bracket bunny candlestick column contours creature cup figurine \
 	    flange hull influence \
-	    letters loft morph plate scan spanner stack surface warp; do \
+	    lantern letters loft morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done

@@ -16,6 +16,7 @@ EXTRA_DIST += \
   scenes/hull.xml \
   scenes/hull/frames.svg \
   scenes/influence.xml \
+  scenes/lantern.xml \
   scenes/letters.xml \
   scenes/library/mouldings.xml \
   scenes/loft.xml \

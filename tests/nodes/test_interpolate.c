@@ -208,6 +208,64 @@ static void test_found_pairs(void **unused)
   }
 }
 
+/* ---- Pairs that move ---------------------------------------------------------------------- */
+
+#define MOVED(attributes, own, pairs) \
+  "<interpolate " attributes "><level at='-1'>" SHAPE_A "</level><between " own ">" pairs \
+  "</between><level at='1.5'>" SHAPE_B "</level></interpolate>"
+
+/* A pair on its way is the pair whose points are where it has come to: in all ways to give
+ * one, by the time of the whole or of the gap. */
+static void test_moving_pairs(void **unused)
+{
+  (void)unused;
+  static const struct {
+    const char *moving, *still;
+  } cases[] = {
+    {MOVED("time='0.25'", "", "<pair from='1 0' to='0 1' from-end='2 4' to-end='-4 1'/>"),
+     MOVED("", "", "<pair from='1.25 1' to='-1 1'/>")},
+    {MOVED("time='1'", "time='0.75'", "<pair from='1 0' to='0 1' to-end='-4 1'/>"
+           "<pair from='1 3' to='0 2' from-end='1 7'/>"),
+     MOVED("", "", "<pair from='1 0' to='-3 1'/><pair from='1 6' to='0 2'/>")},
+    {MOVED("centers='fixed' time='0.5'", "", "<pair from='1 0' to='0 1' to-end='2 2'/>"),
+     MOVED("centers='fixed'", "", "<pair from='1 0' to='1 1.5'/>")},
+    {MOVED("time='0.5'", "", "<pair points='0 3 -2 4 1 5' points-end='2 3 -2 6 1 0'/>"),
+     MOVED("", "", "<pair points='1 3 -2 5 1 2.5'/>")},
+    {MOVED("", "", "<pair from='1 0' to='0 1' from-end='2 4' to-end='-4 1'/>"),
+     MOVED("time='0.6'", "", "<pair from='1 0' to='0 1'/>")},
+    {MOVED("time='1'", "", "<pair from='1 0' to='0 1' from-end='2 4' to-end='-4 1'/>"),
+     MOVED("", "", "<pair from='2 4' to='-4 1'/>")}};
+  uint64_t state = 12;
+  for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+    zs_field *field[2] = {compile(cases[i].moving), compile(cases[i].still)};
+    zs_eval *eval[2] = {evaluator(field[0]), evaluator(field[1])};
+    for (int j = 0; j < 200; j++) {
+      const double p[3] = {random_between(&state, -6, 6), random_between(&state, -6, 6),
+                           random_between(&state, -1, 1.5)};
+      const double f = zs_eval_point(eval[0], p), g = zs_eval_point(eval[1], p);
+      if (!(fabs(f - g) < 1e-9))
+        fail_msg("case %u at %g %g %g: %.12g and %.12g", i, p[0], p[1], p[2], f, g);
+    }
+    for (int k = 0; k < 2; k++) {
+      zs_eval_free(eval[k]);
+      zs_field_unref(field[k]);
+    }
+  }
+}
+
+/* Pairs that cross on their way only while they move are refused then, and only then. */
+static void test_moving_pairs_meet(void **unused)
+{
+  (void)unused;
+#define CROSSING(time) \
+  MOVED("time='" time "'", "", "<pair from='0 0' to='1 0' from-end='0 2'/>" \
+        "<pair from='0 1' to='1 1'/>")
+  zs_field_unref(compile(CROSSING("0")));
+  zs_field_unref(compile(CROSSING("0.25")));
+  refuses(CROSSING("0.5"), "meets");
+  refuses(CROSSING("1"), "meets that of the pair in line 2, about 0.5");
+}
+
 /* ---- Between levels ---------------------------------------------------------------------- */
 
 /* Two half-planes stand for two values: f on the way is what the weight says. */
@@ -398,6 +456,13 @@ static void test_bad_input(void **unused)
   refuses(TWO("", "", "<pair/>"), "expected 'from' and 'to', or 'points'");
   refuses(TWO("", "", "<pair points='0 0 1'/>"), "there are 3 numbers");
   refuses(TWO("", "", "<pair from='0 0' to='1 1' points='0 0 1 1'/>"), "cannot be combined");
+  refuses(TWO("", "", "<pair from-end='0 0' points='0 0 1 1'/>"), "combined with 'from-end'");
+  refuses(TWO("", "", "<pair points='0 0 1 1' points-end='0 0 1'/>"),
+          "there are 3 numbers; expected 4, as many as of 'points'");
+  refuses(TWO("", "", "<pair from='0 0' to='1 1' points-end='0 0 1 1'/>"), "these are missing");
+  refuses(TWO("", "", "<pair from-end='0 0' to-end='1 1'/>"), "expected 'from' and 'to'");
+  refuses(TWO("time='1.5'", "", ""), "'1.5'");
+  refuses(TWO("", "time='-1'", ""), "'-1'");
   refuses(TWO("", "", "<pair from='0 0' to='1 1'/><pair from='0 1' to='1 0'/>"),
          "meets that of the pair in line 2, about 0.5");
   refuses(TWO("centers='fixed'", "", "<pair from='0 0' to='1 1'/><pair from='0 0' to='1 0'/>"),
@@ -423,6 +488,7 @@ int main(void)
     cmocka_unit_test(test_motion),       cmocka_unit_test(test_continuity),
     cmocka_unit_test(test_no_overshoot), cmocka_unit_test(test_ends),
     cmocka_unit_test(test_axes),         cmocka_unit_test(test_bad_input),
+    cmocka_unit_test(test_moving_pairs), cmocka_unit_test(test_moving_pairs_meet),
     cmocka_unit_test(test_repeated_pairs), cmocka_unit_test(test_found_pairs),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
