@@ -45,12 +45,18 @@ bench_gts = tests/bench/peer_gts
 endif
 CLEANFILES += $(EXTRA_PROGRAMS)
 
-EXTRA_DIST += tests/bench/peers.py tests/bench/peer_scipy.py
-zs_test_scripts += tests/bench/test_bench.sh
+EXTRA_DIST += tests/bench/peers.py tests/bench/peer_scipy.py tests/bench/quality.py
+zs_test_scripts += tests/bench/test_bench.sh tests/bench/test_quality.sh
 
 # BENCH names some of the rows: make bench BENCH="spheres gear"
 bench: tests/bench/bench zeroset $(bench_gts)
 	$(AM_TESTS_ENVIRONMENT) BENCH_GTS='$(bench_gts)'; export BENCH_GTS; \
 	ZEROSET_BENCH_DATA="$${ZEROSET_BENCH_DATA:-$(srcdir)/tests/bench}"; export ZEROSET_BENCH_DATA; \
 	tests/bench/bench $(BENCH)
-.PHONY: bench
+
+# How well slices are rebuilt, by data that is not part of the project; QUALITY are options of
+# quality.py: make bench-quality ZEROSET_QUALITY_DATA=folder QUALITY="--only femur --every 8"
+bench-quality: zeroset
+	"$${BENCH_PYTHON:-/usr/bin/python3}" $(srcdir)/tests/bench/quality.py ./zeroset \
+	  "$(ZEROSET_QUALITY_DATA)" $(QUALITY)
+.PHONY: bench bench-quality
