@@ -110,6 +110,9 @@ static bool check(const zs_node *node, zs_diag *diag)
   for (size_t i = 0; volume && i < ZS_COUNT_OF(of_series); i++)
     if (zs_node_has(node, of_series[i]))
       return zs_node_misuse(node, diag, of_series[i], "the volume itself says where it lies");
+  for (int i = 0; i < 2; i++)
+    if (zs_node_has(node, i ? "label" : "levels") && (i ? p->label : p->levels).count == 0)
+      return zs_node_misuse(node, diag, i ? "label" : "levels", "there are no numbers");
   if (zs_node_has(node, "level") && zs_node_has(node, "label"))
     return zs_node_misuse(node, diag, "label", "'label' cannot be combined with 'level'");
   if (zs_node_has(node, "levels") && zs_node_has(node, "spacing"))

@@ -459,10 +459,51 @@ static void test_bad_input(void **unused)
   expect("<stack src='run*.pgm' levels='1 2 2 3'/>", "2 does not lie beyond 2");
   expect("<stack src='run*.pgm' levels='1 2 3 4' spacing='1'/>", "cannot be combined");
   expect("<stack src='run*.pgm' level='0.5' label='1'/>", "cannot be combined");
+  expect("<stack src='run*.pgm' levels=''/>", "there are no numbers");
+  expect("<stack src='run*.pgm' label=' '/>", "there are no numbers");
+  write_text("cut.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n"
+                         "1 1 1 1 1");
+  write_text("cut.tif", "II*");
+  write_text("torn1.tif", "II*\x08");
+  write_text("torn2.tif", "II*\x08");
+  expect("<stack src='cut.nrrd' label='1'/>", "the file is too short");
+  expect("<stack src='cut.tif'/>", "this is not a picture");
+  expect("<stack src='torn*.tif'/>", "this is not a picture");
+  expect("<stack src='*.nrrd'/>", "is a volume; expected one such file, or pictures");
   expect("<stack src='run*.pgm' level='7'/>", "7 is no brightness");
   expect("<stack src='run*.pgm' every='0'/>", "expected a whole number");
   expect("<stack src='thick.nrrd' pixel='2'/>", "the volume itself says");
   expect("<stack src='thick.nrrd'/>", "expected square ones");
+}
+
+/* Shapes of one pixel, pictures of one, and slices that are empty at the ends. */
+static void test_least(void **unused)
+{
+  (void)unused;
+  for (int i = 0; i < 3; i++) {
+    char name[20];
+    snprintf(name, sizeof name, "dot%d.pgm", i);
+    write_disc(name, 8.5, 8.5, 0.1, 255);
+    snprintf(name, sizeof name, "mid%d.pgm", i);
+    write_disc(name, 8, 8, 4, i == 1 ? 255 : 0);
+    snprintf(name, sizeof name, "one%d.pgm", i);
+    write_text(name, "P2 1 1 255 255\n");
+  }
+  static const char *const methods[] = {"auto", "linear", "extended", "variational"};
+  for (int m = 0; m < 4; m++) {
+    char text[200];
+    snprintf(text, sizeof text, DOMAIN "<stack src='dot*.pgm' method='%s'/>", methods[m]);
+    for (int z = 0; z < 3; z++) {
+      assert_true(value_in(text, 8.5, 7.5, z) >= 0); /* rows count from above */
+      assert_true(value_in(text, 9.5, 7.5, z) < 0 && value_in(text, 8.5, 8.5, z) < 0);
+    }
+    snprintf(text, sizeof text, DOMAIN "<stack src='one*.pgm' method='%s'/>", methods[m]);
+    assert_true(value_in(text, 0.5, 0.5, 1) >= 0 && value_in(text, 1.5, 0.5, 1) < 0);
+    snprintf(text, sizeof text, DOMAIN "<stack src='mid*.pgm' spacing='6' method='%s'/>",
+             methods[m]);
+    assert_true(value_in(text, 8, 8, 6) > 0);
+    assert_true(value_in(text, 8, 8, 0.5) < 0 && value_in(text, 8, 8, 11.5) < 0);
+  }
 }
 
 /* A gap in the numbers is no error when heights say that it should be. */
@@ -483,7 +524,8 @@ int main(void)
     cmocka_unit_test(test_labels),    cmocka_unit_test(test_several_labels),
     cmocka_unit_test(test_tiff),      cmocka_unit_test(test_outlines),
     cmocka_unit_test(test_outline_choices), cmocka_unit_test(test_volume),
-    cmocka_unit_test(test_bad_input), cmocka_unit_test(test_gap_with_levels),
+    cmocka_unit_test(test_least),     cmocka_unit_test(test_bad_input),
+    cmocka_unit_test(test_gap_with_levels),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
