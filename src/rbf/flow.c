@@ -110,68 +110,6 @@ double zs_flow_value(const zs_flow *flow, int component, const double at[3], dou
   return f;
 }
 
-/* ---- Bounds ---------------------------------------------------------------------- */
-
-/* What is known of r^2 log r within a distance of a place. */
-typedef struct zone {
-  double value, slope; /* the largest |r^2 log r| and |r (2 log r + 1)| */
-  double bend;         /* how far from the tangent plane */
-} zone;
-
-/* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
- * may pass through 0. */
-static zone zone_around(double away, double step)
-{
-  static const double VALUE_PEAK = 0.6065306597126334, SLOPE_PEAK = 0.22313016014842982;
-  const double far = away + step, near = away - step, l = log(fmax(far, 1e-300));
-  zone z;
-  z.value = far < VALUE_PEAK ? far * far * -l : fmax(VALUE_PEAK * VALUE_PEAK / 2, far * far * l);
-  z.slope = far < SLOPE_PEAK ? far * fabs(2 * l + 1) : fmax(2 * SLOPE_PEAK, far * (2 * l + 1));
-  if (near > 0)
-    z.bend = 0.5 * step * step * (2 * fmax(fabs(log(near)), fabs(l)) + 3);
-  else
-    z.bend = step * step * (fmax(fabs(log(fmax(step, 1e-300))), fabs(l)) + 3.5);
-  return z;
-}
-
-static double length(double x, double y)
-{
-  return sqrt(x * x + y * y);
-}
-
-/* The tangent at the middle, and what second derivatives can add: of the radial functions
- * as they are there, of all else the largest for any s. */
-void zs_flow_bounds(const zs_flow *flow, int component, const double lo[3], const double hi[3],
-                    double result[2])
-{
-  const size_t n = flow->centres;
-  const double s_lo = clamped(lo[2]), s_hi = clamped(hi[2]);
-  const double at[3] = {(lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (s_lo + s_hi) / 2};
-  const double r[3] = {(hi[0] - lo[0]) / 2, (hi[1] - lo[1]) / 2, (s_hi - s_lo) / 2};
-  const zs_flow_reach *weight = flow->reach + (size_t)component * (n + 3), *poly = weight + n;
-  const zs_flow_reach *px = flow->reach + 2 * n + 6, *py = px + n;
-  double slope[3];
-  const double f = zs_flow_value(flow, component, at, slope);
-  double beyond = fabs(slope[0]) * r[0] + fabs(slope[1]) * r[1] + fabs(slope[2]) * r[2];
-  beyond += r[2] * (poly[1].first * r[0] + poly[2].first * r[1]) +
-            r[2] * r[2] / 2 * (poly[0].second + poly[1].second * fabs(at[0]) +
-                               poly[2].second * fabs(at[1]));
-  zs_flow_state v;
-  zs_flow_at(flow, component, at[2], &v, NULL);
-  for (size_t i = 0; i < n; i++) {
-    const double step = length(r[0] + px[i].first * r[2], r[1] + py[i].first * r[2]);
-    const zone z = zone_around(length(at[0] - v.x[i], at[1] - v.y[i]), step);
-    beyond += weight[i].value *
-                (z.bend + z.slope * r[2] * r[2] / 2 * (px[i].second + py[i].second)) +
-              weight[i].first * r[2] * z.slope * step +
-              weight[i].second * r[2] * r[2] / 2 * z.value;
-  }
-  /* Between intervals the channels step by what they are off. */
-  const double slack = 1e-6 * (1 + fabs(f) + beyond);
-  result[0] = f - beyond - slack;
-  result[1] = f + beyond + slack;
-}
-
 void zs_flow_free(void *data)
 {
   zs_flow *flow = data;
@@ -195,4 +133,5 @@ const zs_operation zs_flow_operation = {.name = "flow",
                                         .arity = 3,
                                         .data_size = sizeof(zs_flow_part),
                                         .kernels = zs_flow_kernels_table,
-                                        .reference = reference};
+                                        .reference = reference,
+                                        .restricted = zs_flow_restricted};

@@ -76,9 +76,18 @@ zs_flow_result zs_flow_new(zs_flow **flow, const zs_flow_path *paths, size_t cou
                            zs_flow_way way, zs_flow_meeting *meeting);
 void zs_flow_free(void *flow);
 
+/* One component within a box: every channel a polynomial of (s - middle) / half. */
+typedef struct zs_flow_local {
+  float middle, half;
+  int weights, places; /* coefficients, of weights and the plane's polynomial, and of places */
+  /* By powers: the polynomial's three, then of each centre the weight, x and y. */
+  const float *table;
+} zs_flow_local;
+
 /* One component of the displacement, as data of the operation. */
 typedef struct zs_flow_part {
   const zs_flow *flow;
+  const zs_flow_local *local; /* NULL: nothing is known of where points are */
   int component;
   int unused; /* keeps the bytes that decide equality defined */
 } zs_flow_part;
@@ -103,10 +112,12 @@ void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *val
 /* Which of the intervals holds s, which is between 0 and 1. */
 size_t zs_flow_interval(const zs_flow *flow, double s);
 
-/* An enclosure over a box of finite numbers. */
-void zs_flow_bounds(const zs_flow *flow, int component, const double lo[3], const double hi[3],
-                    double result[2]);
+/* The part for a box, or `data` itself where that would not be shorter, or single precision
+ * not enough. */
+const void *zs_flow_restricted(const void *data, const float lo[], const float hi[],
+                               zs_arena *arena);
 
 ZS_DECLARE_KERNELS(zs_flow_kernels)
+ZS_DECLARE_KERNELS(zs_flow_local_kernels) /* values of parts for a box */
 
 #endif

@@ -49,63 +49,137 @@ static void add_values(run *r, const zs_flow *flow, const zs_flow_state *v)
   }
 }
 
-/* The series of one channel at some points. */
-static inline zs_vector series(const zs_flow *flow, const double *coefficients, int count,
-                               const zs_vector *polynomials)
+/* Chebyshev polynomials of an interval at some places, and their derivatives by s. */
+typedef struct series {
+  const zs_flow *flow;
+  const double *weight, *polynomial, *x, *y; /* coefficients of one component */
+  zs_vector t[ZS_FLOW_ORDER], slope[ZS_FLOW_ORDER];
+} series;
+
+/* `place` is that of s in the interval, from -1 to 1. */
+static inline ZS_ALWAYS series series_at(const zs_flow *flow, int component, size_t interval,
+                                         zs_vector place, bool slopes)
 {
-  zs_vector sum = {0};
-  for (int k = 0; k < count; k++)
-    sum += coefficients[(size_t)k * flow->channels] * polynomials[k];
+  const size_t n = flow->centres;
+  const double *table = flow->table + interval * ZS_FLOW_ORDER * flow->channels;
+  const double scale = 2 / (flow->ends[interval + 1] - flow->ends[interval]);
+  const int most = flow->used[0] > flow->used[1] ? flow->used[0] : flow->used[1];
+  series p = {.flow = flow, .weight = table + (size_t)component * (n + 3),
+              .x = table + 2 * n + 6};
+  p.polynomial = p.weight + n;
+  p.y = p.x + n;
+  p.t[0] = p.slope[1] = (zs_vector){0} + 1;
+  p.t[1] = place;
+  p.slope[0] = (zs_vector){0};
+  for (int k = 2; k < most; k++) {
+    p.t[k] = 2 * place * p.t[k - 1] - p.t[k - 2];
+    if (slopes)
+      p.slope[k] = 2 * p.t[k - 1] + 2 * place * p.slope[k - 1] - p.slope[k - 2];
+  }
+  for (int k = 1; k < most && slopes; k++)
+    p.slope[k] *= scale;
+  return p;
+}
+
+/* A channel, of `count` coefficients, and unless `slope` is NULL its derivative. */
+static inline ZS_ALWAYS zs_vector channel(const series *p, const double *coefficients, int count,
+                                          zs_vector *slope)
+{
+  zs_vector sum = {0}, sum_slope = {0};
+  for (int k = 0; k < count; k++) {
+    const double c = coefficients[(size_t)k * p->flow->channels];
+    sum += c * p->t[k];
+    if (slope)
+      sum_slope += c * p->slope[k];
+  }
+  if (slope)
+    *slope = sum_slope;
   return sum;
+}
+
+/* Where s is in an interval, from -1 to 1. */
+static double place_in(const zs_flow *flow, size_t interval, double s)
+{
+  const double from = flow->ends[interval];
+  return 2 / (flow->ends[interval + 1] - from) * (s - from) - 1;
 }
 
 /* The same at points with s of their own. */
 static void add_moving(run *r, const zs_flow *flow, int component, size_t interval)
 {
-  const size_t n = flow->centres, own = (size_t)component * (n + 3);
-  const double *table = flow->table + interval * ZS_FLOW_ORDER * flow->channels;
-  const double *weight = table + own, *polynomial = weight + n;
-  const double *place_x = table + 2 * n + 6, *place_y = place_x + n;
+  const size_t n = flow->centres;
   const int weights = flow->used[0], places = flow->used[1];
   for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
-    const zs_vector x = load(r->x + i), y = load(r->y + i), s = load(r->place + i);
-    zs_vector t[ZS_FLOW_ORDER] = {(zs_vector){0} + 1, s};
-    for (int k = 2; k < ZS_FLOW_ORDER; k++)
-      t[k] = 2 * s * t[k - 1] - t[k - 2];
-    zs_vector sum = series(flow, polynomial, weights, t) +
-                    series(flow, polynomial + 1, weights, t) * x +
-                    series(flow, polynomial + 2, weights, t) * y;
+    const zs_vector x = load(r->x + i), y = load(r->y + i);
+    const series p = series_at(flow, component, interval, load(r->place + i), false);
+    zs_vector sum = channel(&p, p.polynomial, weights, NULL) +
+                    channel(&p, p.polynomial + 1, weights, NULL) * x +
+                    channel(&p, p.polynomial + 2, weights, NULL) * y;
     for (size_t j = 0; j < n; j++) {
-      const zs_vector ux = x - series(flow, place_x + j, places, t);
-      const zs_vector uy = y - series(flow, place_y + j, places, t);
-      sum += series(flow, weight + j, weights, t) * zs_vector_phi(plate, ux * ux + uy * uy);
+      const zs_vector ux = x - channel(&p, p.x + j, places, NULL);
+      const zs_vector uy = y - channel(&p, p.y + j, places, NULL);
+      sum += channel(&p, p.weight + j, weights, NULL) * zs_vector_phi(plate, ux * ux + uy * uy);
     }
     store(r->sum[0] + i, sum);
   }
 }
 
-static void add_slopes(run *r, const zs_flow *flow, const zs_flow_state *v,
-                       const zs_flow_state *d)
+/* One centre: its weight and how far points are from it, with their derivatives by s. */
+typedef struct centre {
+  zs_vector weight, weight_slope, x, x_slope, y, y_slope;
+} centre;
+
+static inline ZS_ALWAYS centre centre_at(const series *p, size_t j, zs_vector x, zs_vector y)
+{
+  const int weights = p->flow->used[0], places = p->flow->used[1];
+  centre c;
+  c.weight = channel(p, p->weight + j, weights, &c.weight_slope);
+  c.x = x - channel(p, p->x + j, places, &c.x_slope);
+  c.y = y - channel(p, p->y + j, places, &c.y_slope);
+  return c;
+}
+
+/* f and its derivatives by x, y and s. */
+typedef struct tangent {
+  zs_vector f, x, y, s;
+} tangent;
+
+static inline ZS_ALWAYS tangent polynomial_at(const series *p, zs_vector x, zs_vector y)
+{
+  const int weights = p->flow->used[0];
+  zs_vector slope[3], c[3];
+  for (int k = 0; k < 3; k++)
+    c[k] = channel(p, p->polynomial + k, weights, &slope[k]);
+  return (tangent){c[0] + c[1] * x + c[2] * y, c[1], c[2], slope[0] + slope[1] * x + slope[2] * y};
+}
+
+/* `phi`, and its derivative by r over r, at a centre. */
+static inline ZS_ALWAYS void add_centre(tangent *t, const centre *c, zs_vector phi,
+                                        zs_vector slope)
+{
+  const zs_vector steep = c->weight * slope;
+  t->f += c->weight * phi;
+  t->x += steep * c->x;
+  t->y += steep * c->y;
+  t->s += c->weight_slope * phi - steep * (c->x * c->x_slope + c->y * c->y_slope);
+}
+
+static void add_slopes(run *r, const zs_flow *flow, int component, size_t interval)
 {
   for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
     const zs_vector x = load(r->x + i), y = load(r->y + i);
-    zs_vector sum = v->polynomial[0] + v->polynomial[1] * x + v->polynomial[2] * y;
-    zs_vector sum_x = v->polynomial[1] - (zs_vector){0}, sum_y = v->polynomial[2] - (zs_vector){0};
-    zs_vector sum_s = d->polynomial[0] + d->polynomial[1] * x + d->polynomial[2] * y;
+    const series p = series_at(flow, component, interval, load(r->place + i), true);
+    tangent t = polynomial_at(&p, x, y);
     for (size_t j = 0; j < flow->centres; j++) {
-      const zs_vector ux = x - v->x[j], uy = y - v->y[j];
+      const centre c = centre_at(&p, j, x, y);
       zs_vector slope;
-      const zs_vector phi = zs_vector_phi_and_slope(plate, ux * ux + uy * uy, &slope);
-      slope *= v->weight[j];
-      sum += v->weight[j] * phi;
-      sum_x += slope * ux;
-      sum_y += slope * uy;
-      sum_s += d->weight[j] * phi - slope * (ux * d->x[j] + uy * d->y[j]);
+      const zs_vector phi = zs_vector_phi_and_slope(plate, c.x * c.x + c.y * c.y, &slope);
+      add_centre(&t, &c, phi, slope);
     }
-    store(r->sum[0] + i, sum);
-    store(r->sum[1] + i, sum_x);
-    store(r->sum[2] + i, sum_y);
-    store(r->sum[3] + i, sum_s);
+    store(r->sum[0] + i, t.f);
+    store(r->sum[1] + i, t.x);
+    store(r->sum[2] + i, t.y);
+    store(r->sum[3] + i, t.s);
   }
 }
 
@@ -149,16 +223,19 @@ static void take(run *r, const zs_block_arguments *a, unsigned first, unsigned n
 static void take_moving(run *r, const zs_block_arguments *a, const zs_flow *flow, unsigned first,
                         unsigned n, size_t interval)
 {
-  const double from = flow->ends[interval], scale = 2 / (flow->ends[interval + 1] - from);
   take(r, a, first, n);
   for (unsigned i = 0; i < r->count; i++)
-    r->place[i] = scale * (clamped(a->in[2][first + (i < n ? i : n - 1)]) - from) - 1;
+    r->place[i] = place_in(flow, interval, clamped(a->in[2][first + (i < n ? i : n - 1)]));
 }
 
 static void value(const zs_block_arguments *a)
 {
   const zs_flow_part *part = a->data;
   const zs_flow *flow = part->flow;
+  if (part->local) {
+    ZS_KERNELS(zs_flow_local_kernels).value(a);
+    return;
+  }
   zs_flow_state v;
   run r;
   for (unsigned first = 0, n; first < a->n; first += n) {
@@ -182,17 +259,17 @@ static void value(const zs_block_arguments *a)
 static void gradient(const zs_block_arguments *a)
 {
   const zs_flow_part *part = a->data;
+  const zs_flow *flow = part->flow;
   const float *x = a->in[0], *y = a->in[1], *s = a->in[2];
-  zs_flow_state v, d;
   run r;
   for (unsigned first = 0, n; first < a->n; first += n) {
-    const float at = s[first];
-    n = count_equal(a, first);
-    take(&r, a, first, n);
-    zs_flow_at(part->flow, part->component, clamped(at), &v, &d);
-    add_slopes(&r, part->flow, &v, &d);
-    const double moves = at >= 0 && at <= 1;
+    const size_t interval = zs_flow_interval(flow, clamped(s[first]));
+    n = count_moving(a, flow, first, interval);
+    take_moving(&r, a, flow, first, n, interval);
+    add_slopes(&r, flow, part->component, interval);
     for (unsigned i = 0; i < n; i++) {
+      const float at = s[first + i];
+      const double moves = at >= 0 && at <= 1;
       float g[3];
       for (unsigned k = 0; k < 3; k++) {
         const unsigned row = (k + 1) * ZS_BLOCK + first + i;
@@ -206,21 +283,126 @@ static void gradient(const zs_block_arguments *a)
   }
 }
 
+/* ---- Bounds ---------------------------------------------------------------------- */
+
+static zs_vector larger(zs_vector a, zs_vector b)
+{
+  const zs_integers more = a > b;
+  return (zs_vector)(((zs_integers)a & more) | ((zs_integers)b & ~more));
+}
+
+static zs_vector chosen(zs_integers mask, zs_vector yes, zs_vector no)
+{
+  return (zs_vector)(((zs_integers)yes & mask) | ((zs_integers)no & ~mask));
+}
+
+static zs_vector absolute(zs_vector a)
+{
+  return (zs_vector)((zs_integers)a & INT64_MAX);
+}
+
+/* What is known of r^2 log r within a distance of a place. */
+typedef struct zone {
+  zs_vector value, slope; /* the largest |r^2 log r| and |r (2 log r + 1)| */
+  zs_vector bend;         /* how far from the tangent plane */
+} zone;
+
+/* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
+ * may pass through 0. */
+static inline ZS_ALWAYS zone zone_around(zs_vector away, zs_vector step)
+{
+  static const double VALUE_PEAK = 0.6065306597126334, SLOPE_PEAK = 0.22313016014842982;
+  const zs_vector tiny = (zs_vector){0} + 1e-300;
+  const zs_vector far = away + step, near = away - step, l = zs_vector_logarithm(larger(far, tiny));
+  const zs_vector other = zs_vector_logarithm(larger(chosen(near > 0, near, step), tiny));
+  const zs_vector most = larger(absolute(other), absolute(l));
+  zone z;
+  z.value = chosen(far < VALUE_PEAK, -far * far * l,
+                   larger((zs_vector){0} + VALUE_PEAK * VALUE_PEAK / 2, far * far * l));
+  z.slope = chosen(far < SLOPE_PEAK, far * absolute(2 * l + 1),
+                   larger((zs_vector){0} + 2 * SLOPE_PEAK, far * (2 * l + 1)));
+  z.bend = step * step * chosen(near > 0, most + 1.5, most + 3.5);
+  return z;
+}
+
+/* Boxes as many as a vector has room for, and enclosures over them. */
+typedef struct boxes {
+  zs_vector at[3], r[3]; /* their middles, s between 0 and 1, and half their sides */
+  zs_vector lo, hi;
+} boxes;
+
+/* The tangent at the middle, and what second derivatives can add: of the radial functions
+ * as they are there, of all else the largest for any s.  For boxes whose middle is in one
+ * interval. */
+static void enclose(boxes *b, const zs_flow *flow, int component, size_t interval)
+{
+  const size_t n = flow->centres;
+  const zs_flow_reach *weight = flow->reach + (size_t)component * (n + 3), *poly = weight + n;
+  const zs_flow_reach *px = flow->reach + 2 * n + 6, *py = px + n;
+  const zs_vector *r = b->r, half = r[2] * r[2] / 2;
+  zs_vector place;
+  for (int l = 0; l < ZS_WIDTH; l++)
+    place[l] = place_in(flow, interval, b->at[2][l]);
+  const series p = series_at(flow, component, interval, place, true);
+  tangent t = polynomial_at(&p, b->at[0], b->at[1]);
+  zs_vector beyond = r[2] * (poly[1].first * r[0] + poly[2].first * r[1]) +
+                     half * (poly[0].second + poly[1].second * absolute(b->at[0]) +
+                             poly[2].second * absolute(b->at[1]));
+  for (size_t i = 0; i < n; i++) {
+    const centre c = centre_at(&p, i, b->at[0], b->at[1]);
+    const zs_vector r2 = c.x * c.x + c.y * c.y;
+    zs_vector slope;
+    const zs_vector phi = zs_vector_phi_and_slope(plate, r2, &slope);
+    add_centre(&t, &c, phi, slope);
+    const zs_vector step_x = r[0] + px[i].first * r[2], step_y = r[1] + py[i].first * r[2];
+    const zs_vector step = zs_vector_root(step_x * step_x + step_y * step_y);
+    const zone z = zone_around(zs_vector_root(r2), step);
+    beyond += weight[i].value * (z.bend + z.slope * half * (px[i].second + py[i].second)) +
+              weight[i].first * r[2] * z.slope * step + weight[i].second * half * z.value;
+  }
+  beyond += absolute(t.x) * r[0] + absolute(t.y) * r[1] + absolute(t.s) * r[2];
+  /* Between intervals the channels step by what they are off. */
+  beyond += 1e-6 * (1 + absolute(t.f) + beyond);
+  b->lo = t.f - beyond;
+  b->hi = t.f + beyond;
+}
+
+/* Middles and half sides of boxes from lane `first` on, any where they are not known. */
+static void take_boxes(boxes *b, const zs_bounds_arguments *a, unsigned first)
+{
+  for (int l = 0; l < ZS_WIDTH; l++)
+    for (int k = 0; k < 3; k++) {
+      const float least = a->in[k]->lo[first + (unsigned)l], most = a->in[k]->hi[first + (unsigned)l];
+      const double lo = k == 2 ? clamped(least) : (double)least;
+      const double hi = k == 2 ? clamped(most) : (double)most;
+      b->at[k][l] = (lo + hi) / 2;
+      b->r[k][l] = (hi - lo) / 2;
+    }
+}
+
 static void bounds(const zs_bounds_arguments *a)
 {
   const zs_flow_part *part = a->data;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    double lo[3], hi[3], sum = 0, result[2] = {NAN, NAN};
-    for (int k = 0; k < 3; k++) {
-      lo[k] = (double)a->in[k]->lo[l];
-      hi[k] = (double)a->in[k]->hi[l];
-      sum += lo[k] + hi[k];
+  boxes b;
+  for (unsigned first = 0; first < ZS_LANES; first += ZS_WIDTH) {
+    take_boxes(&b, a, first);
+    size_t last = SIZE_MAX;
+    for (unsigned l = first; l < first + ZS_WIDTH; l++) {
+      double sum = 0;
+      for (int k = 0; k < 3; k++)
+        sum += (double)a->in[k]->lo[l] + (double)a->in[k]->hi[l];
+      a->out->lo[l] = a->out->hi[l] = NAN;
+      if (!isfinite(sum))
+        continue;
+      const size_t interval = zs_flow_interval(part->flow, b.at[2][l - first]);
+      if (interval != last)
+        enclose(&b, part->flow, part->component, interval);
+      last = interval;
+      if (b.lo[l - first] <= b.hi[l - first]) {
+        a->out->lo[l] = (float)b.lo[l - first];
+        a->out->hi[l] = (float)b.hi[l - first];
+      }
     }
-    if (isfinite(sum))
-      zs_flow_bounds(part->flow, part->component, lo, hi, result);
-    const bool known = result[0] <= result[1];
-    a->out->lo[l] = known ? (float)result[0] : NAN;
-    a->out->hi[l] = known ? (float)result[1] : NAN;
   }
 }
 

@@ -24,6 +24,7 @@ zs_sources += \
   src/rbf/fit.h \
   src/rbf/flow.c \
   src/rbf/flow.h \
+  src/rbf/flow_local.c \
   src/rbf/flow_new.c \
   src/rbf/greedy.c \
   src/rbf/greedy.h \
@@ -64,6 +65,7 @@ zs_sources += \
 zs_kernel_sources += \
   src/rbf/cells.kernel.c \
   src/rbf/flow.kernel.c \
+  src/rbf/flow_local.kernel.c \
   src/rbf/local.kernel.c \
   src/rbf/nodes.kernel.c \
   src/rbf/product.kernel.c \

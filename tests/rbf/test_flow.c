@@ -284,38 +284,121 @@ static void test_blocks(void **unused)
   unsetenv("ZEROSET_ISA");
 }
 
+/* Boxes of all sizes, sixteen together, with heights in several intervals. */
+static void check_bounds(zs_eval *eval, const zs_flow *flow, int component, uint64_t *state)
+{
+  enum { BOXES = 48, SAMPLES = 60 };
+  double lo[BOXES][3], hi[BOXES][3];
+  float f_lo[BOXES], f_hi[BOXES];
+  for (int b = 0; b < BOXES; b++)
+    for (int k = 0; k < 3; k++) {
+      lo[b][k] = random_between(state, k < 2 ? -2 : -0.1, k < 2 ? 2 : 1);
+      hi[b][k] = lo[b][k] + exp(random_between(state, -7, k < 2 ? 1 : -1));
+    }
+  zs_eval_bounds(eval, BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
+  for (int b = 0; b < BOXES; b++)
+    for (int j = 0; j < SAMPLES; j++) {
+      double p[3];
+      for (int k = 0; k < 3; k++)
+        p[k] = random_below(state, 3) ? random_between(state, lo[b][k], hi[b][k])
+               : random_below(state, 2) ? lo[b][k] : hi[b][k];
+      const double f = zs_flow_value(flow, component, p, NULL);
+      if (!(f >= (double)f_lo[b] && f <= (double)f_hi[b]))
+        fail_msg("%zu centres: %g at %g %g %g is not in %g .. %g", flow->centres, f, p[0], p[1],
+                 p[2], (double)f_lo[b], (double)f_hi[b]);
+    }
+}
+
 static void test_bounds(void **unused)
 {
   (void)unused;
+  static const char *const isas[] = {"baseline", "avx2", "avx512"};
   uint64_t state = 12;
-  for (int i = 0; i < 8; i++) {
+  for (int i = 0; i < 12; i++) {
+    setenv("ZEROSET_ISA", isas[i % 3], 1);
     scene *s = lattice(i < 2 ? 1 + (size_t)i : 3 + 2 * (size_t)i, i < 6 ? 2 : 4, &state);
     zs_flow *flow = make(s, ZS_FLOW_COME);
-    for (int b = 0; b < 300; b++) {
-      double lo[3], hi[3], result[2];
-      for (int k = 0; k < 3; k++) {
-        lo[k] = random_between(&state, k < 2 ? -2 : 0, k < 2 ? 2 : 1);
-        hi[k] = lo[k] + exp(random_between(&state, -7, k < 2 ? 1 : -1));
-      }
-      zs_flow_bounds(flow, b % 2, lo, hi, result);
-      for (int j = 0; j < 60; j++) {
-        double p[3];
-        for (int k = 0; k < 3; k++)
-          p[k] = random_below(&state, 3) ? random_between(&state, lo[k], hi[k])
-                 : random_below(&state, 2) ? lo[k] : hi[k];
-        const double f = zs_flow_value(flow, b % 2, p, NULL);
-        assert_true(f >= result[0] && f <= result[1]);
-      }
-    }
-    /* Narrow boxes have narrow bounds. */
-    const double lo[3] = {0.3, -0.2, 0.4}, hi[3] = {0.302, -0.198, 0.402};
-    double result[2];
-    zs_flow_bounds(flow, 0, lo, hi, result);
-    if (!(result[1] - result[0] < 0.1))
-      fail_msg("%zu anchors: %g .. %g", s->count, result[0], result[1]);
+    zs_eval *eval = evaluator(flow, i % 2);
+    for (int k = 0; k < 6; k++)
+      check_bounds(eval, flow, i % 2, &state);
+    /* Narrow boxes have narrow bounds; where a box is not known nor is f. */
+    const double lo[2][3] = {{0.3, -0.2, 0.4}, {-INFINITY, 0, 0}};
+    const double hi[2][3] = {{0.302, -0.198, 0.402}, {1, 1, 1}};
+    float f_lo[2], f_hi[2];
+    zs_eval_bounds(eval, 2, lo, hi, f_lo, f_hi);
+    if (!(f_hi[0] - f_lo[0] < 0.1f))
+      fail_msg("%zu anchors: %g .. %g", s->count, (double)f_lo[0], (double)f_hi[0]);
+    assert_true(isnan(f_lo[1]) && isnan(f_hi[1]));
+    zs_eval_free(eval);
     zs_flow_free(flow);
     free(s);
   }
+  unsetenv("ZEROSET_ISA");
+}
+
+/* Within a box a flow is what it is, whether or not it is shorter there; in most small boxes
+ * it is, but not across a corner of a path, nor where terms are far larger than their sum. */
+static void test_regions(void **unused)
+{
+  (void)unused;
+  enum { BOXES = 60, SAMPLES = 48 };
+  static const char *const isas[] = {"baseline", "avx2", "avx512"};
+  static float x[SAMPLES], y[SAMPLES], z[SAMPLES], f[SAMPLES];
+  uint64_t state = 13;
+  zs_arena arena = {0};
+  unsigned shorter = 0, all = 0;
+  for (int i = 0; i < 12; i++) {
+    setenv("ZEROSET_ISA", isas[i % 3], 1);
+    scene *s = lattice(1 + 2 * (size_t)i, i < 6 ? 2 : 4, &state);
+    zs_flow *flow = make(s, i % 4 < 2 ? ZS_FLOW_COME : ZS_FLOW_TO_GO);
+    zs_eval *eval = evaluator(flow, i % 2);
+    const zs_flow_part part = {.flow = flow, .component = i % 2};
+    for (int b = 0; b < BOXES; b++) {
+      double lo[3], hi[3];
+      float low[3], high[3];
+      for (int k = 0; k < 3; k++) {
+        lo[k] = random_between(&state, k < 2 ? -1.5 : -0.1, k < 2 ? 1.5 : 1.1);
+        hi[k] = lo[k] + (b % 5 || k < 2 ? exp(random_between(&state, -7, -1.5)) : 0);
+        low[k] = (float)lo[k];
+        high[k] = (float)hi[k];
+      }
+      const zs_flow_part *own = zs_flow_restricted(&part, low, high, &arena);
+      shorter += own->local != NULL;
+      all++;
+      assert_true(zs_eval_restrict(eval, lo, hi, ZS_REQUEST_VALUE));
+      for (int j = 0; j < SAMPLES; j++) {
+        x[j] = (float)random_between(&state, lo[0], hi[0]);
+        y[j] = (float)random_between(&state, lo[1], hi[1]);
+        z[j] = j % 3 ? (float)random_between(&state, lo[2], hi[2]) : j % 2 ? low[2] : high[2];
+      }
+      zs_eval_values(eval, NULL, SAMPLES, x, y, z, f);
+      for (int j = 0; j < SAMPLES; j++) {
+        const double at[3] = {(double)x[j], (double)y[j], (double)z[j]};
+        const double expected = zs_flow_value(flow, i % 2, at, NULL);
+        if (!(fabs((double)f[j] - expected) < 2e-6 * (1 + fabs(expected))))
+          fail_msg("%zu centres at %g %g %g: %.9g instead of %.9g", flow->centres, at[0], at[1],
+                   at[2], (double)f[j], expected);
+      }
+      zs_eval_release(eval);
+    }
+    zs_eval_free(eval);
+    zs_flow_free(flow);
+    free(s);
+  }
+  if (!(shorter > all / 2 && shorter < all))
+    fail_msg("%u of %u boxes have shorter polynomials", shorter, all);
+  static const double near[][4] = {{0, 0, 9, 1}, {0.01, 0, 9.01, 1.005}, {-5, 4, -4, 3}};
+  const float lo[3] = {-0.1f, -0.1f, 0.3f}, hi[3] = {0, 0, 0.31f};
+  const float far_lo[3] = {90, 90, 0.3f}, far_hi[3] = {90.1f, 90.1f, 0.31f};
+  scene *s = straight(near, 3);
+  zs_flow *flow = make(s, ZS_FLOW_COME);
+  const zs_flow_part part = {.flow = flow};
+  assert_ptr_equal(zs_flow_restricted(&part, lo, hi, &arena), &part);
+  assert_ptr_equal(zs_flow_restricted(&part, far_lo, far_hi, &arena), &part);
+  zs_flow_free(flow);
+  free(s);
+  zs_arena_free(&arena);
+  unsetenv("ZEROSET_ISA");
 }
 
 int main(void)
@@ -325,6 +408,7 @@ int main(void)
     cmocka_unit_test(test_few),      cmocka_unit_test(test_curves),
     cmocka_unit_test(test_at_rest),  cmocka_unit_test(test_meetings),
     cmocka_unit_test(test_blocks),   cmocka_unit_test(test_bounds),
+    cmocka_unit_test(test_regions),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

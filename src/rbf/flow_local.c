@@ -1,0 +1,217 @@
+/* What a flow is within a box: its channels as short polynomials of s, in single precision. */
+#include "rbf/flow.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+  NODES = 8, /* values of a channel that its polynomial is found from */
+  SHORT = 3  /* coefficients that are few enough for every smaller box */
+};
+
+/* What polynomials may leave out of a displacement, by the flow's size. */
+static const double LEFT_OUT = 1e-7;
+/* What single precision costs, and may cost. */
+static const double ROUNDING = 6e-8, MOST_ROUNDING = 1e-6;
+/* Half of the largest range of s, and the largest x and y, that are worth a try. */
+static const float WIDEST = 0.12f, FARTHEST = 8;
+/* Polynomials over ranges of s larger than this part of others will hardly be shorter. */
+static const float SMALLER = 0.4f;
+
+/* Rows of numbers, one of each channel: the polynomial's three, then weights, x and y of the
+ * centres. */
+typedef struct rows {
+  size_t centres, channels;
+  int count;          /* 1 or NODES */
+  double *row[NODES]; /* values at Chebyshev nodes, then coefficients of these polynomials */
+  double *out[NODES];
+} rows;
+
+/* cos (pi k (j + 1/2) / NODES) */
+static double node_cosine(int k, int j)
+{
+  static const double quarter[NODES + 1] = {1, 0.98078528040323045, 0.92387953251128676,
+                                            0.83146961230254524, 0.70710678118654752,
+                                            0.55557023301960222, 0.38268343236508977,
+                                            0.19509032201612827, 0};
+  const int angle = k * (2 * j + 1) % (4 * NODES); /* in parts of half a turn, 2 NODES of them */
+  const int turned = angle > 2 * NODES ? 4 * NODES - angle : angle;
+  return turned > NODES ? -quarter[2 * NODES - turned] : quarter[turned];
+}
+
+static void transform(rows *r)
+{
+  for (int k = 0; k < r->count; k++) {
+    memset(r->out[k], 0, r->channels * sizeof(double));
+    for (int j = 0; j < r->count; j++) {
+      const double by = node_cosine(k, j) * (k ? 2.0 : 1.0) / r->count;
+      const double *restrict values = r->row[j];
+      double *restrict sums = r->out[k];
+#pragma omp simd
+      for (size_t i = 0; i < r->channels; i++)
+        sums[i] += by * values[i];
+    }
+  }
+}
+
+/* All channels at some s. */
+static void evaluate(const rows *r, const zs_flow_part *part, double s, double *out)
+{
+  zs_flow_state state;
+  const size_t n = r->centres;
+  zs_flow_at(part->flow, part->component, fmin(fmax(s, 0), 1), &state, NULL);
+  memcpy(out, state.polynomial, sizeof state.polynomial);
+  memcpy(out + 3, state.weight, n * sizeof(double));
+  memcpy(out + 3 + n, state.x, n * sizeof(double));
+  memcpy(out + 3 + 2 * n, state.y, n * sizeof(double));
+}
+
+/* The polynomials, by values at the nodes of a range of s. */
+static void interpolate(rows *r, const zs_flow_part *part, double middle, double half)
+{
+  for (int k = 0; k < r->count; k++)
+    evaluate(r, part, r->count == 1 ? middle : middle + half * node_cosine(1, k), r->row[k]);
+  transform(r);
+}
+
+/* The paths of anchors have corners in their second derivatives, where values at nodes can
+ * only be off when they are off at the ends too. */
+static bool holds_at_ends(const rows *r, const zs_flow_part *part, double middle, double half)
+{
+  for (int end = -1; end <= 1 && r->count > 1; end += 2) {
+    double rest = 0;
+    evaluate(r, part, middle + end * half, r->row[0]);
+    for (size_t i = 0; i < r->channels; i++) {
+      double sum = 0;
+      for (int k = 0; k < r->count; k++)
+        sum += k % 2 && end < 0 ? -r->out[k][i] : r->out[k][i];
+      const double by = i < 3 + r->centres ? 1 : fabs(r->out[0][3 + (i - 3) % r->centres]);
+      rest += by * fabs(sum - r->row[0][i]);
+    }
+    if (!(rest <= LEFT_OUT))
+      return false;
+  }
+  return true;
+}
+
+/* How large r^2 log r and its derivative become up to a distance, together. */
+static double steepness(double far)
+{
+  const double l = log(fmax(far, 1e-300));
+  return fmax(0.19, far * far * l) + fmax(0.45, far * (2 * l + 1));
+}
+
+/* Whether single precision will do in a box: terms are not much larger than their sum. */
+static bool is_precise(const rows *r, const float lo[], const float hi[])
+{
+  const double *weight = r->out[0] + 3, *x = weight + r->centres, *y = x + r->centres;
+  double sum = 0;
+  for (size_t i = 0; i < r->centres; i++) {
+    const double dx = fmax(fabs((double)lo[0] - x[i]), fabs((double)hi[0] - x[i]));
+    const double dy = fmax(fabs((double)lo[1] - y[i]), fabs((double)hi[1] - y[i]));
+    sum += fabs(weight[i]) * steepness(sqrt(dx * dx + dy * dy));
+  }
+  return sum * ROUNDING < MOST_ROUNDING;
+}
+
+/* How many coefficients are needed, of weights and the polynomial or of places. */
+static int count_needed(const rows *r, bool places)
+{
+  double rest = 0;
+  for (int k = r->count - 1; k > 0; k--) {
+    for (size_t i = 0; i < r->centres; i++) {
+      const double *of = r->out[k] + 3 + i;
+      rest += places ? fabs(r->out[0][3 + i]) * (fabs(of[r->centres]) + fabs(of[2 * r->centres]))
+                     : fabs(of[0]);
+    }
+    for (size_t i = 0; i < 3 && !places; i++)
+      rest += fabs(r->out[k][i]);
+    if (!(rest <= LEFT_OUT))
+      return k + 1;
+  }
+  return 1;
+}
+
+/* The first `count` coefficients of a channel, of powers. */
+static float *put_powers(const rows *r, size_t channel, int count, float *out)
+{
+  static const double powers[NODES - 1][NODES - 1] = {
+    {1},
+    {0, 1},
+    {-1, 0, 2},
+    {0, -3, 0, 4},
+    {1, 0, -8, 0, 8},
+    {0, 5, 0, -20, 0, 16},
+    {-1, 0, 18, 0, -48, 0, 32}};
+  for (int i = 0; i < count; i++) {
+    double sum = 0;
+    for (int k = i; k < count; k++)
+      sum += r->out[k][channel] * powers[k][i];
+    *out++ = (float)sum;
+  }
+  return out;
+}
+
+static void put_table(const rows *r, const zs_flow_local *local, float *out)
+{
+  for (size_t i = 0; i < 3; i++)
+    out = put_powers(r, i, local->weights, out);
+  for (size_t i = 3; i < 3 + r->centres; i++) {
+    out = put_powers(r, i, local->weights, out);
+    out = put_powers(r, i + r->centres, local->places, out);
+    out = put_powers(r, i + 2 * r->centres, local->places, out);
+  }
+}
+
+/* False when memory is out. */
+static bool make_rows(rows *r, size_t centres, int count, zs_arena *arena)
+{
+  *r = (rows){.centres = centres, .channels = 3 + 3 * centres, .count = count};
+  double *numbers = zs_arena_reserve(arena, 2 * (size_t)count * r->channels, sizeof *numbers);
+  for (int k = 0; k < count && numbers; k++) {
+    r->row[k] = numbers + 2 * (size_t)k * r->channels;
+    r->out[k] = r->row[k] + r->channels;
+  }
+  return numbers;
+}
+
+/* The range of s in a box; false when the box is too large for a try. */
+static bool find_range(const float lo[], const float hi[], zs_flow_local *local)
+{
+  const float from = fminf(fmaxf(lo[2], 0), 1), to = fminf(fmaxf(hi[2], 0), 1);
+  *local = (zs_flow_local){.middle = (from + to) / 2, .half = (to - from) / 2};
+  return local->half <= WIDEST && lo[0] >= -FARTHEST && lo[1] >= -FARTHEST && hi[0] <= FARTHEST &&
+         hi[1] <= FARTHEST;
+}
+
+const void *zs_flow_restricted(const void *data, const float lo[], const float hi[],
+                               zs_arena *arena)
+{
+  const zs_flow_part *part = data;
+  const zs_flow_local *known = part->local;
+  zs_flow_local found;
+  if ((known && known->weights <= SHORT) || !find_range(lo, hi, &found) ||
+      (known && found.half > SMALLER * known->half))
+    return data;
+  const size_t n = part->flow->centres;
+  const double middle = (double)found.middle, half = (double)found.half;
+  zs_flow_part *own = ZS_ARENA_NEW(arena, zs_flow_part, 1);
+  zs_flow_local *local = ZS_ARENA_NEW(arena, zs_flow_local, 1);
+  float *table = zs_arena_reserve(arena, (3 + 3 * n) * NODES, sizeof *table);
+  const zs_arena_mark mark = zs_arena_mark_here(arena);
+  rows r;
+  if (!own || !local || !table || !make_rows(&r, n, half > 0 ? NODES : 1, arena))
+    return data;
+  interpolate(&r, part, middle, half);
+  found.weights = count_needed(&r, false);
+  found.places = count_needed(&r, true);
+  found.table = table;
+  const bool good = found.weights < NODES && found.places < NODES && is_precise(&r, lo, hi) &&
+                    holds_at_ends(&r, part, middle, half);
+  if (good)
+    put_table(&r, &found, table);
+  zs_arena_rewind(arena, mark);
+  *local = found;
+  *own = (zs_flow_part){part->flow, local, part->component, 0};
+  return good ? own : data;
+}
