@@ -51,7 +51,8 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
   if (!e->kept || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices ||
       !e->links || !e->regional || !e->points || !e->block ||
-      !zs_shortener_init(&e->shortener, program->count, program->link_count)) {
+      !zs_shortener_init(&e->shortener, program->count, program->link_count,
+                         program->regional_count)) {
     zs_eval_free(e);
     zs_fail_memory(diag);
     return NULL;
@@ -198,40 +199,45 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
 /* ---- Regional programs -------------------------------------------------------- */
 
 /* Whether a lane's list is so much shorter than the program that a program of
- * its own pays.  One with regional forms always does. */
+ * its own pays. */
 static bool pays(const zs_shortener *shortener, const zs_program *program, unsigned lane)
 {
-  return program->regional_count ||
-         shortener->kept[lane] + shortener->link_count[lane] <
-           WORTHWHILE * zs_program_length(program);
+  return shortener->kept[lane] + shortener->link_count[lane] <
+         WORTHWHILE * zs_program_length(program);
 }
 
+/* Lanes with data of their own have a program of their own. */
 void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
                                zs_request request, zs_arena *arena,
                                const zs_program *result[ZS_LANES])
 {
   zs_shortener *shortener = &eval->shortener;
+  const zs_instruction *instructions = program->instructions;
   const bool can_shorten = zs_program_choices(program) || program->regional_count;
   if (can_shorten)
-    zs_shortener_list(shortener, program->instructions, program->count, eval->choices, eval->links,
-                      lanes, request);
+    zs_shortener_list(shortener, instructions, program->count, eval->choices, eval->links, lanes,
+                      request);
   const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] =
     (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional;
+  unsigned alike = 0; /* lanes without, whose programs others may share */
   for (unsigned l = 0; l < ZS_LANES; l++) {
     if (!(lanes >> l & 1))
       continue;
+    const bool own = program->regional_count &&
+                     zs_shortener_restrict(shortener, instructions, l, regional, arena);
     result[l] = NULL;
-    if (!can_shorten || !pays(shortener, program, l)) {
+    if (!own && !(can_shorten && pays(shortener, program, l))) {
       result[l] = program;
       continue;
     }
-    for (unsigned m = 0; m < l && !result[l] && !program->regional_count; m++)
-      if (lanes >> m & 1 && zs_shortener_equal(shortener, l, m))
+    for (unsigned m = 0; m < l && !result[l] && !own; m++)
+      if (alike >> m & 1 && zs_shortener_equal(shortener, l, m))
         result[l] = result[m];
     if (!result[l])
-      result[l] = zs_shortener_emit(shortener, program->instructions, l, request, regional, arena);
+      result[l] = zs_shortener_emit(shortener, instructions, l, request, own, arena);
     if (!result[l])
       result[l] = program;
+    alike |= own ? 0 : 1u << l;
   }
 }
 

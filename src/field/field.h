@@ -41,11 +41,13 @@ typedef struct zs_shortener {
   uint32_t *links[ZS_LANES]; /* links kept of the chains among them, in the same order */
   uint32_t link_count[ZS_LANES];
   uint64_t hash[ZS_LANES];
+  const void **data; /* by ordinal: of instructions with a regional form, in the lane at hand */
 } zs_shortener;
 
-/* For programs of up to that many instructions and links of chains.  False when memory
- * is out; zs_shortener_free in any case. */
-bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links);
+/* For programs of up to that many instructions, links of chains, and instructions with a
+ * regional form.  False when memory is out; zs_shortener_free in any case. */
+bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links,
+                       uint32_t regional);
 void zs_shortener_free(zs_shortener *shortener);
 
 /* List what the lanes (one bit each) need of a program whose last instruction
@@ -58,12 +60,16 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
 /* Whether two listed lanes need the same. */
 bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other);
 
-/* The program of one listed lane, in `arena`; NULL when memory is out.
- * `regional` holds the inputs' intervals of instructions with a regional form,
- * by ordinal; NULL keeps their data. */
+/* Find the data that serve one listed lane, in `arena`, given the inputs' intervals of
+ * instructions with a regional form, by ordinal.  Whether any is not the program's own. */
+bool zs_shortener_restrict(zs_shortener *shortener, const zs_instruction *instructions,
+                           unsigned lane, const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
+                           zs_arena *arena);
+
+/* The program of one listed lane, in `arena`; NULL when memory is out.  With `restricted` it
+ * has the data that were found for it just before. */
 const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instruction *instructions,
-                                    unsigned lane, zs_request request,
-                                    const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
+                                    unsigned lane, zs_request request, bool restricted,
                                     zs_arena *arena);
 
 /* Find where every instruction's result matters if all that matters of the last one's is

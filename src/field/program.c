@@ -37,22 +37,25 @@ static unsigned step_fate(uint32_t step)
   return step & ((1u << FATE_BITS) - 1);
 }
 
-bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links)
+bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t links,
+                       uint32_t regional)
 {
-  const size_t n = instructions, m = links ? links : 1;
+  const size_t n = instructions, m = links ? links : 1, k = regional ? regional : 1;
   *shortener = (zs_shortener){0};
   if (n >> (32 - FATE_BITS))
     return false;
   shortener->needed = new_list(n, sizeof *shortener->needed);
   shortener->renamed = new_list(n + 1, sizeof *shortener->renamed);
   shortener->own = new_list(m, sizeof *shortener->own);
+  shortener->data = new_list(k, sizeof *shortener->data);
   uint32_t *steps = new_list(n, ZS_LANES * sizeof *steps);
   uint32_t *lane_links = new_list(m, ZS_LANES * sizeof *lane_links);
   for (unsigned l = 0; l < ZS_LANES; l++) {
     shortener->steps[l] = steps ? steps + l * n : NULL;
     shortener->links[l] = lane_links ? lane_links + l * m : NULL;
   }
-  return shortener->needed && shortener->renamed && shortener->own && steps && lane_links;
+  return shortener->needed && shortener->renamed && shortener->own && shortener->data && steps &&
+         lane_links;
 }
 
 void zs_shortener_free(zs_shortener *shortener)
@@ -60,6 +63,7 @@ void zs_shortener_free(zs_shortener *shortener)
   free(shortener->needed);
   free(shortener->renamed);
   free(shortener->own);
+  free(shortener->data);
   free(shortener->steps[0]);
   free(shortener->links[0]);
 }
@@ -184,6 +188,28 @@ static const void *restricted_data(const zs_instruction *instruction, unsigned l
   return instruction->operation->restricted(instruction->data, lo, hi, arena);
 }
 
+static bool is_regional(const zs_operation *operation)
+{
+  return operation->restricted && !operation->chain && !operation->choice;
+}
+
+bool zs_shortener_restrict(zs_shortener *shortener, const zs_instruction *instructions,
+                           unsigned lane, const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
+                           zs_arena *arena)
+{
+  bool changed = false;
+  for (uint32_t e = 0; e < shortener->step_count[lane]; e++) {
+    const uint32_t step = shortener->steps[lane][e];
+    const zs_instruction *instruction = &instructions[step_index(step)];
+    if (step_fate(step) < KEPT || !is_regional(instruction->operation))
+      continue;
+    const void *data = restricted_data(instruction, lane, regional[instruction->ordinal], arena);
+    shortener->data[instruction->ordinal] = data;
+    changed = changed || data != instruction->data;
+  }
+  return changed;
+}
+
 /* The data of a chain with the lane's links, of which the last `left` of its list are
  * not yet placed. */
 static const void *chain_data(zs_shortener *shortener, const zs_instruction *instruction,
@@ -277,8 +303,7 @@ void zs_find_demands(zs_instruction *instructions, uint32_t count)
 }
 
 const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instruction *instructions,
-                                    unsigned lane, zs_request request,
-                                    const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
+                                    unsigned lane, zs_request request, bool restricted,
                                     zs_arena *arena)
 {
   const uint32_t *steps = shortener->steps[lane], count = shortener->kept[lane] + ZS_COORDINATES;
@@ -324,8 +349,8 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     } else if (operation->choice) {
       copy->ordinal = program->choice_count++;
     } else if (operation->restricted) {
-      if (regional)
-        copy->data = restricted_data(instruction, lane, regional[instruction->ordinal], arena);
+      if (restricted)
+        copy->data = shortener->data[instruction->ordinal];
       copy->ordinal = program->regional_count++;
     }
     renamed[index] = next++;
