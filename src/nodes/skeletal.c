@@ -141,7 +141,7 @@ static zs_skeleton *skeleton_of(zs_arena *arena, const zs_node *node, zs_skeleto
                                   .first = first,
                                   .count = (uint32_t)piece_count(node->children[i])};
     put_pieces(node->children[i], pieces + first);
-    zs_skeleton_measure(pieces, &parts[i]);
+    zs_skeleton_prepare(field, pieces, &parts[i]);
     first += parts[i].count;
   }
   *skeleton = (zs_skeleton){field, (uint32_t)node->child_count, parts, pieces};

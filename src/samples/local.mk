@@ -14,6 +14,7 @@ zs_sources += \
   src/samples/raster_point.h \
   src/samples/skeleton.c \
   src/samples/skeleton.h \
+  src/samples/skeleton_pieces.h \
   src/samples/transform.c \
   src/samples/transform.h \
   src/samples/triangles.c \

@@ -208,7 +208,7 @@ static double cauchy_triangle(const double x[3][3], double slope[3])
 static double cauchy(const zs_skeleton_piece *piece, double radius, const double at[3],
                      double slope[3])
 {
-  double x[3][3], from[3], ab[3];
+  double x[3][3] = {{0}}, from[3], ab[3];
   for (int i = 0; i < (int)piece->shape; i++)
     for (int k = 0; k < 3; k++)
       x[i][k] = (piece->corner[i][k] - at[k]) / radius;
@@ -273,22 +273,71 @@ static double measure_of(const zs_skeleton_piece *piece)
   return sqrt(dot(normal, normal)) / 2;
 }
 
-void zs_skeleton_measure(const zs_skeleton_piece *pieces, zs_skeleton_part *part)
+/* A number for the kernels, whose powers are numbers too. */
+static float limited(double x)
+{
+  static const double MOST = 1e8;
+  return (float)(x > MOST ? MOST : x < -MOST ? -MOST : x);
+}
+
+static void make_form(zs_skeleton_piece *piece, double radius, double weight)
+{
+  static const double MOST_SCALE = 1e37;
+  zs_skeleton_form form = {.scale = (float)fmin(1 / radius, MOST_SCALE)};
+  const int corners = (int)piece->shape, sides = corners == 3 ? 3 : corners - 1;
+  double side[3][3], normal[3] = {0, 0, 0}, largest = 0, total = 0;
+  for (int i = 0; i < corners; i++)
+    for (int k = 0; k < 3; k++) {
+      form.corner[i][k] = limited((piece->corner[i][k] - piece->corner[0][k]) / radius);
+      largest = fmax(largest, fabs(piece->corner[i][k]) / radius);
+    }
+  for (int i = 0; i < sides; i++)
+    difference(piece->corner[(i + 1) % corners], piece->corner[i], side[i]);
+  if (corners == 3)
+    cross(side[0], side[1], normal);
+  const double across = sqrt(dot(normal, normal));
+  for (int i = 0; i < sides; i++) {
+    const double length = sqrt(dot(side[i], side[i]));
+    double outward[3];
+    cross(side[i], normal, outward);
+    for (int k = 0; k < 3 && length > 0; k++) {
+      form.along[i][k] = (float)(side[i][k] / length);
+      form.outward[i][k] = across > 0 ? (float)(outward[k] / length / across) : 0;
+    }
+    form.length[i] = limited(length / radius);
+    total += length / radius;
+  }
+  for (int k = 0; k < 3; k++) {
+    form.from[k] = (float)piece->corner[0][k];
+    form.normal[k] = across > 0 ? (float)(normal[k] / across) : 0;
+  }
+  const double unit = measure_unit(piece, radius);
+  form.largest = limited(largest);
+  form.sides = limited(total);
+  form.measure = limited(measure_of(piece) / unit);
+  form.unit = (float)(weight * unit);
+  piece->form = form;
+}
+
+void zs_skeleton_prepare(zs_skeleton_field field, zs_skeleton_piece *pieces,
+                         zs_skeleton_part *part)
 {
   for (int k = 0; k < 3; k++) {
     part->lo[k] = INFINITY;
     part->hi[k] = -INFINITY;
   }
   part->measure = 0;
-  for (uint32_t i = 0; i < part->count; i++) {
-    part->measure += measure_of(&pieces[part->first + i]);
-    for (int j = 0; j < (int)pieces[part->first + i].shape; j++)
+  for (uint32_t i = part->first; i < part->first + part->count; i++) {
+    make_form(&pieces[i], part->radius, part->weight);
+    part->measure += measure_of(&pieces[i]);
+    for (int j = 0; j < (int)pieces[i].shape; j++)
       for (int k = 0; k < 3; k++) {
-        const double x = pieces[part->first + i].corner[j][k];
+        const double x = pieces[i].corner[j][k];
         part->lo[k] = x < part->lo[k] ? x : part->lo[k];
         part->hi[k] = x > part->hi[k] ? x : part->hi[k];
       }
   }
+  part->reach = zs_skeleton_reach(field, part, 0);
 }
 
 double zs_skeleton_reach(zs_skeleton_field field, const zs_skeleton_part *part, double least)
@@ -303,7 +352,7 @@ double zs_skeleton_reach(zs_skeleton_field field, const zs_skeleton_part *part, 
   return part->radius;
 }
 
-/* ---- Ranges -------------------------------------------------------------------------------- */
+/* ---- Regions ------------------------------------------------------------------------------ */
 
 /* The distance between a box and a part's. */
 static double gap_between(const zs_skeleton_part *part, const double lo[3], const double hi[3])
@@ -315,60 +364,6 @@ static double gap_between(const zs_skeleton_part *part, const double lo[3], cons
     gap2 += d * d;
   }
   return sqrt(gap2);
-}
-
-/* What a piece's field is over a ball about `middle`: no more than if all of it were nearest,
- * no less than if it were farthest, and no farther from its value in the middle than its
- * steepest slope takes it. */
-static void cauchy_range(const zs_skeleton_piece *piece, double radius, const double middle[3],
-                         double size, double range[2])
-{
-  double way[3], slope[3], far = 0;
-  const double near = sqrt(from_piece(piece, middle, way)), s = 1 / radius;
-  for (int i = 0; i < (int)piece->shape; i++) {
-    difference(piece->corner[i], middle, way);
-    far = fmax(far, dot(way, way));
-  }
-  const double measure = measure_of(piece);
-  const double least = s * fmax(near - size, 0), most = s * (sqrt(far) + size);
-  const double steep = fmax(least, sqrt(0.2));
-  const double change =
-    measure * size * s * 4 * steep / pow(1 + steep * steep, 3) * (1 + 1e-9);
-  const double value = measure_unit(piece, radius) * cauchy(piece, radius, middle, slope);
-  range[0] = fmax(value - change, measure / pow(1 + most * most, 2));
-  range[1] = fmin(value + change, measure / pow(1 + least * least, 2));
-}
-
-void zs_skeleton_range(const zs_skeleton *skeleton, const zs_skeleton_part *part,
-                       const double lo[3], const double hi[3], double range[2])
-{
-  double middle[3], size2 = 0, way[3], slope;
-  const double gap = gap_between(part, lo, hi);
-  range[0] = range[1] = 0;
-  if (gap >= zs_skeleton_reach(skeleton->field, part, 0))
-    return;
-  for (int k = 0; k < 3; k++) {
-    middle[k] = lo[k] + (hi[k] - lo[k]) / 2;
-    size2 += (hi[k] - middle[k]) * (hi[k] - middle[k]);
-  }
-  const double size = sqrt(size2);
-  if (skeleton->field == ZS_SKELETON_CAUCHY) {
-    for (uint32_t i = 0; i < part->count; i++) {
-      double own[2];
-      cauchy_range(&skeleton->pieces[part->first + i], part->radius, middle, size, own);
-      range[0] += own[0];
-      range[1] += own[1];
-    }
-  } else {
-    const double distance = sqrt(from_part(skeleton, part, middle, way));
-    const double near = fmax(gap, distance - size) / part->radius;
-    const double far = (distance + size) / part->radius;
-    range[0] = falloff(skeleton->field, far * far, &slope);
-    range[1] = falloff(skeleton->field, near * near, &slope);
-  }
-  const double a = range[0] * part->weight, b = range[1] * part->weight;
-  range[0] = a < b ? a : b;
-  range[1] = a < b ? b : a;
 }
 
 /* ---- The operation ------------------------------------------------------------- */
@@ -389,8 +384,7 @@ static const void *restricted(const void *data, const float lo[], const float hi
   const double low[3] = {lo[0], lo[1], lo[2]}, high[3] = {hi[0], hi[1], hi[2]};
   uint32_t count = 0;
   for (uint32_t i = 0; i < skeleton->part_count; i++)
-    count += !(gap_between(&skeleton->parts[i], low, high) >=
-               zs_skeleton_reach(skeleton->field, &skeleton->parts[i], 0));
+    count += !(gap_between(&skeleton->parts[i], low, high) >= skeleton->parts[i].reach);
   if (count > MOST_LOCAL * skeleton->part_count)
     return skeleton;
   zs_skeleton *local = ZS_ARENA_NEW(arena, zs_skeleton, 1);
@@ -401,8 +395,7 @@ static const void *restricted(const void *data, const float lo[], const float hi
   local->parts = parts;
   local->part_count = 0;
   for (uint32_t i = 0; i < skeleton->part_count; i++)
-    if (!(gap_between(&skeleton->parts[i], low, high) >=
-          zs_skeleton_reach(skeleton->field, &skeleton->parts[i], 0)))
+    if (!(gap_between(&skeleton->parts[i], low, high) >= skeleton->parts[i].reach))
       parts[local->part_count++] = skeleton->parts[i];
   return local;
 }

@@ -22,9 +22,22 @@ typedef enum zs_skeleton_shape {
   ZS_SKELETON_TRIANGLE = 3
 } zs_skeleton_shape; /* the number of corners */
 
+/* A piece in single precision, in units of the radius, for the kernels. */
+typedef struct zs_skeleton_form {
+  float from[3], scale; /* a point x of the scene is at (x - from) * scale */
+  float corner[3][3];   /* the first is 0 */
+  /* Of the side from each corner to the next; for triangles across it, outward in their plane. */
+  float along[3][3], length[3], outward[3][3];
+  float normal[3];
+  float largest;        /* coordinate of a corner, wherever the scene's origin is */
+  float sides, measure; /* sum of the lengths; 1 of a point, the length, or the area */
+  float unit;           /* weight, times what a unit of the measure is in the scene */
+} zs_skeleton_form;
+
 typedef struct zs_skeleton_piece {
   double corner[3][3];
   zs_skeleton_shape shape;
+  zs_skeleton_form form;
 } zs_skeleton_piece;
 
 /* Pieces whose nearest one counts (their sum, for ZS_SKELETON_CAUCHY). */
@@ -33,6 +46,7 @@ typedef struct zs_skeleton_part {
   uint32_t first, count;  /* pieces */
   double measure;         /* of all of them: 1 a point, lengths of segments, areas */
   double lo[3], hi[3];    /* the box of the pieces */
+  double reach;           /* distance from the pieces from which on the field is 0 */
 } zs_skeleton_part;
 
 /* Immutable. */
@@ -43,8 +57,10 @@ typedef struct zs_skeleton {
   const zs_skeleton_piece *pieces;
 } zs_skeleton;
 
-/* Find the box and the measure of a part's pieces. */
-void zs_skeleton_measure(const zs_skeleton_piece *pieces, zs_skeleton_part *part);
+/* Find the forms of a part's pieces, whose corners and shape are given, their box, their
+ * measure, and how far they reach. */
+void zs_skeleton_prepare(zs_skeleton_field field, zs_skeleton_piece *pieces,
+                         zs_skeleton_part *part);
 
 /* Distance from a part's pieces from which on its field is no larger than `least`: for 0,
  * where it ends, infinite if it does not. */
@@ -53,10 +69,6 @@ double zs_skeleton_reach(zs_skeleton_field field, const zs_skeleton_part *part, 
 /* The field of one part at a point, and unless `slope` is NULL its derivatives. */
 double zs_skeleton_value(const zs_skeleton *skeleton, const zs_skeleton_part *part,
                          const double at[3], double slope[3]);
-
-/* An enclosure of the field of one part over a box. */
-void zs_skeleton_range(const zs_skeleton *skeleton, const zs_skeleton_part *part,
-                       const double lo[3], const double hi[3], double range[2]);
 
 /* Inputs x, y and z; data: a zs_skeleton that lives as long as the field. */
 extern const zs_operation zs_skeleton_operation;

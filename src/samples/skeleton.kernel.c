@@ -1,108 +1,305 @@
 /* Block, gradient and bounds kernels of the fields about skeletons.  Compiled once per
  * instruction set. */
-#include "samples/skeleton.h"
+#include "samples/skeleton_pieces.h"
 
-#include <math.h>
+/* Boxes go no farther out than this, in radii. */
+static const float WIDE = 1e9f;
 
-/* Points farther out than this have no field; their squares must be numbers. */
-static const float FAR = 1e17f;
+/* What is added up at the points of a block. */
+typedef struct block {
+  unsigned n;
+  const float *at[3];
+  _Alignas(64) float sum[4][ZS_BLOCK];     /* f and its derivatives by x, y and z */
+  _Alignas(64) float nearest[4][ZS_BLOCK]; /* of a part: the square, and the way from there */
+} block;
 
-static double clamped(float x)
+#define FOR_VECTORS(i, n) for (unsigned i = 0; i < (n); i += ZS_WIDTH)
+
+static void add_to(float *sum, zs_lanes by)
 {
-  return x > FAR ? FAR : x < -FAR ? -FAR : x;
+  zs_lanes_store(sum, zs_lanes_load(sum) + by);
 }
 
-/* The box around a block's points. */
-static void extent(const zs_block_arguments *a, double lo[3], double hi[3])
+static void load_point(const block *b, unsigned i, zs_lanes x[3])
 {
-  for (int k = 0; k < 3; k++) {
-    float least = FAR, greatest = -FAR;
-    for (unsigned i = 0; i < a->n; i++) {
-      const float x = a->in[k][i];
-      least = x < least ? x : least;
-      greatest = x > greatest ? x : greatest;
+  for (int k = 0; k < 3; k++)
+    x[k] = zs_lanes_load(b->at[k] + i);
+}
+
+/* ---- Blocks --------------------------------------------------------------------------- */
+
+/* How near a part's nearest piece is. */
+ZS_INLINE void find_nearest(block *b, const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                            bool gradient)
+{
+  for (uint32_t j = 0; j < part->count; j++)
+    FOR_VECTORS(i, b->n)
+    {
+      zs_lanes x[3], way[3];
+      load_point(b, i, x);
+      const zs_lanes square = zs_skeleton_from_piece(&skeleton->pieces[part->first + j], x, way);
+      const zs_lanes least = j ? zs_lanes_load(b->nearest[0] + i) : zs_lanes_all(INFINITY);
+      const zs_lanes_mask nearer = square < least;
+      zs_lanes_store(b->nearest[0] + i, zs_lanes_select(nearer, square, least));
+      for (int k = 0; k < 3 && gradient; k++) {
+        float *own = b->nearest[k + 1] + i;
+        zs_lanes_store(own, j ? zs_lanes_select(nearer, way[k], zs_lanes_load(own)) : way[k]);
+      }
     }
-    lo[k] = clamped(least);
-    hi[k] = clamped(greatest);
+}
+
+ZS_INLINE void add_falloff(block *b, const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                           bool gradient)
+{
+  const float weight = (float)part->weight, scale = skeleton->pieces[part->first].form.scale;
+  find_nearest(b, skeleton, part, gradient);
+  FOR_VECTORS(i, b->n)
+  {
+    zs_lanes slope;
+    const zs_lanes f =
+      zs_skeleton_falloff(skeleton->field, zs_lanes_load(b->nearest[0] + i), &slope);
+    add_to(b->sum[0] + i, weight * f);
+    for (int k = 1; k < 4 && gradient; k++)
+      add_to(b->sum[k] + i, 2 * weight * slope * zs_lanes_load(b->nearest[k] + i) * scale);
   }
 }
 
-static bool reaches(const zs_skeleton *skeleton, const zs_skeleton_part *part, const double lo[3],
-                    const double hi[3])
+ZS_INLINE void add_cauchy(block *b, const zs_skeleton *skeleton, const zs_skeleton_part *part,
+                          bool gradient)
 {
-  const double reach = zs_skeleton_reach(skeleton->field, part, 0);
-  for (int k = 0; k < 3; k++)
-    if (part->lo[k] - hi[k] >= reach || lo[k] - part->hi[k] >= reach)
+  for (uint32_t j = 0; j < part->count; j++) {
+    const zs_skeleton_piece *piece = &skeleton->pieces[part->first + j];
+    const float unit = piece->form.unit;
+    FOR_VECTORS(i, b->n)
+    {
+      zs_lanes x[3], slope[3];
+      load_point(b, i, x);
+      add_to(b->sum[0] + i, unit * zs_skeleton_cauchy(piece, x, slope));
+      for (int k = 0; k < 3 && gradient; k++)
+        add_to(b->sum[k + 1] + i, unit * slope[k] * piece->form.scale);
+    }
+  }
+}
+
+/* Whether a part's field may reach any point of the block. */
+static bool reaches(const block *b, const zs_skeleton_part *part)
+{
+  for (int k = 0; k < 3; k++) {
+    zs_lanes lo = zs_lanes_load(b->at[k]), hi = lo;
+    FOR_VECTORS(i, b->n)
+    {
+      const zs_lanes x = zs_lanes_load(b->at[k] + i);
+      lo = zs_lanes_smaller(x, lo);
+      hi = zs_lanes_larger(x, hi);
+    }
+    float least = lo[0], most = hi[0];
+    for (int l = 1; l < ZS_WIDTH; l++) {
+      least = fminf(least, lo[l]);
+      most = fmaxf(most, hi[l]);
+    }
+    if (part->lo[k] - (double)most >= part->reach || (double)least - part->hi[k] >= part->reach)
       return false;
+  }
   return true;
 }
 
-/* Sum of the parts' fields, and unless `slopes` is NULL of their derivatives. */
-static void add_parts(const zs_block_arguments *a, double *sums, double (*slopes)[3])
+ZS_INLINE void add_parts(block *b, const zs_block_arguments *a, bool gradient)
 {
   const zs_skeleton *skeleton = a->data;
-  double lo[3], hi[3];
-  extent(a, lo, hi);
+  b->n = a->n;
+  for (int k = 0; k < 3; k++)
+    b->at[k] = a->in[k];
+  for (int k = 0; k < (gradient ? 4 : 1); k++)
+    memset(b->sum[k], 0, a->n * sizeof(float));
   for (uint32_t p = 0; p < skeleton->part_count; p++) {
     const zs_skeleton_part *part = &skeleton->parts[p];
-    if (!reaches(skeleton, part, lo, hi))
-      continue;
-    for (unsigned i = 0; i < a->n; i++) {
-      const double at[3] = {clamped(a->in[0][i]), clamped(a->in[1][i]), clamped(a->in[2][i])};
-      double slope[3];
-      sums[i] += zs_skeleton_value(skeleton, part, at, slopes ? slope : NULL);
-      for (int k = 0; slopes && k < 3; k++)
-        slopes[i][k] += slope[k];
-    }
+    if (skeleton->field == ZS_SKELETON_CAUCHY)
+      add_cauchy(b, skeleton, part, gradient);
+    else if (reaches(b, part))
+      add_falloff(b, skeleton, part, gradient);
   }
+}
+
+/* NaN where a coordinate is. */
+static zs_lanes known_sum(const block *b, unsigned i)
+{
+  zs_lanes x[3];
+  load_point(b, i, x);
+  return zs_lanes_known((x[0] == x[0]) & (x[1] == x[1]) & (x[2] == x[2]),
+                        zs_lanes_load(b->sum[0] + i));
 }
 
 static void value(const zs_block_arguments *a)
 {
-  double sums[ZS_BLOCK] = {0};
-  add_parts(a, sums, NULL);
-  for (unsigned i = 0; i < a->n; i++)
-    a->out[i] = (float)sums[i];
+  block b;
+  add_parts(&b, a, false);
+  FOR_VECTORS(i, a->n)
+  zs_lanes_store(a->out + i, known_sum(&b, i));
 }
 
 static void gradient(const zs_block_arguments *a)
 {
-  double sums[ZS_BLOCK] = {0}, slopes[ZS_BLOCK][3] = {{0}};
-  add_parts(a, sums, slopes);
-  for (unsigned i = 0; i < a->n; i++) {
-    float g[3];
-    for (int k = 0; k < 3; k++) {
-      double sum = 0;
-      for (int j = 0; j < 3; j++)
-        sum += slopes[i][j] * (double)a->in[j][(k + 1) * ZS_BLOCK + (int)i];
-      g[k] = (float)sum;
+  block b;
+  add_parts(&b, a, true);
+  FOR_VECTORS(i, a->n)
+  {
+    zs_lanes g[4] = {known_sum(&b, i)};
+    for (unsigned k = 1; k < 4; k++) {
+      g[k] = zs_lanes_all(0);
+      for (unsigned j = 0; j < 3; j++)
+        g[k] = zs_lanes_multiply_add(zs_lanes_load(b.sum[j + 1] + i),
+                                     zs_lanes_load(a->in[j] + k * ZS_BLOCK + i), g[k]);
     }
-    a->out[i] = (float)sums[i];
-    for (int k = 0; k < 3; k++)
-      a->out[(k + 1) * ZS_BLOCK + (int)i] = g[k];
+    for (unsigned k = 0; k < 4; k++)
+      zs_lanes_store(a->out + k * ZS_BLOCK + i, g[k]);
   }
+}
+
+/* ---- Bounds --------------------------------------------------------------------------------- */
+
+/* Boxes as many as a vector has room for. */
+typedef struct boxes {
+  zs_lanes middle[3], half[3];
+  zs_lanes largest; /* coordinate, of all of them */
+} boxes;
+
+/* What is known of a sum over them. */
+typedef struct range {
+  zs_lanes lo, hi, slack;
+} range;
+
+/* Half the sides of boxes in radii of a piece. */
+ZS_INLINE void scaled_half(const zs_skeleton_form *form, const boxes *b, zs_lanes r[3])
+{
+  for (int k = 0; k < 3; k++)
+    r[k] = zs_lanes_smaller(b->half[k] * form->scale, zs_lanes_all(WIDE));
+}
+
+/* How far coordinates may be off, by rounding. */
+ZS_INLINE zs_lanes rounding(const zs_skeleton_form *form, const boxes *b)
+{
+  return zs_lanes_smaller(1e-6f * (b->largest * form->scale + form->largest),
+                          zs_lanes_all(WIDE));
+}
+
+/* The least and the largest distance of a piece from boxes: distances are convex, so that
+ * they are no smaller than the tangent at the middle says, and no larger than that of the
+ * farthest corner from the middle's nearest point. */
+ZS_INLINE void distances(const zs_skeleton_piece *piece, const boxes *b, zs_lanes *near,
+                         zs_lanes *far)
+{
+  zs_lanes way[3], r[3], toward = zs_lanes_all(0), corner[3];
+  const zs_lanes square = zs_skeleton_from_piece(piece, b->middle, way);
+  const zs_lanes distance = zs_lanes_square_root(square);
+  scaled_half(&piece->form, b, r);
+  for (int k = 0; k < 3; k++) {
+    toward = zs_lanes_multiply_add(zs_lanes_absolute(way[k]), r[k], toward);
+    corner[k] = zs_lanes_absolute(way[k]) + r[k];
+  }
+  toward /= zs_lanes_larger(distance, zs_lanes_all(1e-18f));
+  const zs_lanes off = rounding(&piece->form, b);
+  *near = zs_lanes_larger((distance - toward) * (1 - 2e-6f) - off, zs_lanes_all(0));
+  *far = zs_lanes_square_root(zs_lanes_square_sum(corner)) * (1 + 2e-6f) + off;
+}
+
+static void add_range(range *sum, zs_lanes lo, zs_lanes hi, float weight)
+{
+  sum->lo += weight > 0 ? weight * lo : weight * hi;
+  sum->hi += weight > 0 ? weight * hi : weight * lo;
+  sum->slack += 1e-6f * fabsf(weight) * hi;
+}
+
+static void add_falloff_range(range *sum, const zs_skeleton *skeleton,
+                              const zs_skeleton_part *part, const boxes *b)
+{
+  zs_lanes near = zs_lanes_all(INFINITY), far = near, slope;
+  for (uint32_t j = 0; j < part->count; j++) {
+    zs_lanes least, most;
+    distances(&skeleton->pieces[part->first + j], b, &least, &most);
+    near = zs_lanes_smaller(near, least);
+    far = zs_lanes_smaller(far, most);
+  }
+  add_range(sum, zs_skeleton_falloff(skeleton->field, far * far, &slope),
+            zs_skeleton_falloff(skeleton->field, near * near, &slope), (float)part->weight);
+}
+
+/* The tangent of a sum at the middle of boxes, and how far it may be from there. */
+typedef struct tangent {
+  zs_lanes f, slope[3], beyond;
+} tangent;
+
+/* The kernel's second derivatives are at most 4 / (1 + u^2)^3, or across from there 20 / (1 +
+ * u^2)^3 and 1. */
+ZS_INLINE zs_lanes steepest_bend(zs_lanes near)
+{
+  const zs_lanes r = 1 / (1 + near * near), cube = r * r * r;
+  return zs_lanes_larger(4 * cube, zs_lanes_smaller(20 * cube, zs_lanes_all(1)));
+}
+
+static void add_cauchy_range(range *sum, tangent *t, const zs_skeleton_piece *piece,
+                             const boxes *b)
+{
+  const zs_skeleton_form *form = &piece->form;
+  zs_lanes near, far, slope[3], r[3], p[3], farthest = zs_lanes_all(0);
+  distances(piece, b, &near, &far);
+  scaled_half(form, b, r);
+  zs_skeleton_relative(form, b->middle, p);
+  for (int i = 0; i < (int)piece->shape; i++) {
+    zs_lanes corner[3];
+    for (int k = 0; k < 3; k++)
+      corner[k] = zs_lanes_absolute(p[k] - form->corner[i][k]) + r[k];
+    farthest = zs_lanes_larger(farthest, zs_lanes_square_sum(corner));
+  }
+  const zs_lanes most = zs_lanes_square_root(farthest) * (1 + 2e-6f) + rounding(form, b);
+  const zs_lanes least_f = 1 / (1 + most * most), most_f = 1 / (1 + near * near);
+  const float measure = form->measure * form->unit;
+  add_range(sum, least_f * least_f, most_f * most_f, measure);
+  sum->slack += 4e-7f * fabsf(form->unit) * form->sides / (1 + near);
+  t->f += form->unit * zs_skeleton_cauchy(piece, b->middle, slope);
+  for (int k = 0; k < 3; k++)
+    t->slope[k] += form->unit * slope[k] * form->scale;
+  t->beyond += 0.5f * fabsf(measure) * steepest_bend(near) * zs_lanes_square_sum(r);
+}
+
+static void add_all_cauchy(range *sum, const zs_skeleton *skeleton, const boxes *b)
+{
+  tangent t = {0};
+  for (uint32_t p = 0; p < skeleton->part_count; p++)
+    for (uint32_t j = 0; j < skeleton->parts[p].count; j++)
+      add_cauchy_range(sum, &t, &skeleton->pieces[skeleton->parts[p].first + j], b);
+  for (int k = 0; k < 3; k++)
+    t.beyond += zs_lanes_absolute(t.slope[k]) * (b->half[k] + 1e-6f * b->largest);
+  const zs_lanes lo = t.f - t.beyond * (1 + 1e-5f), hi = t.f + t.beyond * (1 + 1e-5f);
+  /* What is not a number says nothing. */
+  sum->lo = zs_lanes_select(lo > sum->lo, lo, sum->lo);
+  sum->hi = zs_lanes_select(hi < sum->hi, hi, sum->hi);
 }
 
 static void bounds(const zs_bounds_arguments *a)
 {
   const zs_skeleton *skeleton = a->data;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    double lo[3], hi[3], least = 0, most = 0, size = 0;
-    bool known = true;
+  ZS_FOR_PARTS(part)
+  {
+    boxes b = {.largest = zs_lanes_all(0)};
+    zs_lanes_mask known = (zs_lanes_mask){0} - 1;
     for (int k = 0; k < 3; k++) {
-      known = known && a->in[k]->lo[l] <= a->in[k]->hi[l];
-      lo[k] = clamped(a->in[k]->lo[l]);
-      hi[k] = clamped(a->in[k]->hi[l]);
+      const zs_intervals x = zs_intervals_load(a->in[k], part);
+      const zs_lanes end = zs_lanes_all(1e17f);
+      known &= zs_intervals_known(x);
+      const zs_lanes lo = zs_lanes_clamped(x.lo, -end, end);
+      const zs_lanes hi = zs_lanes_clamped(x.hi, -end, end);
+      b.middle[k] = 0.5f * (lo + hi);
+      b.half[k] = 0.5f * (hi - lo);
+      b.largest += zs_lanes_larger(zs_lanes_absolute(lo), zs_lanes_absolute(hi));
     }
-    for (uint32_t p = 0; known && p < skeleton->part_count; p++) {
-      double range[2];
-      zs_skeleton_range(skeleton, &skeleton->parts[p], lo, hi, range);
-      least += range[0];
-      most += range[1];
-      size += fabs(range[0]) + fabs(range[1]);
-    }
-    a->out->lo[l] = known ? (float)(least - 1e-6 * size) : NAN;
-    a->out->hi[l] = known ? (float)(most + 1e-6 * size) : NAN;
+    range sum = {0};
+    if (skeleton->field == ZS_SKELETON_CAUCHY)
+      add_all_cauchy(&sum, skeleton, &b);
+    else
+      for (uint32_t p = 0; p < skeleton->part_count; p++)
+        add_falloff_range(&sum, skeleton, &skeleton->parts[p], &b);
+    zs_intervals_store(a->out, part,
+                       zs_intervals_checked(sum.lo - sum.slack, sum.hi + sum.slack, known));
   }
 }
 
