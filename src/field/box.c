@@ -13,7 +13,7 @@ enum {
   SHELL_DEPTH = 60,  /* how often a box of a shell is halved before it counts */
   SHELL_BUDGET = 2000, /* evaluations of bounds on one shell: longer proofs fail */
   SHELL_BOXES = 56,
-  TIGHTEN_DEPTH = 6, /* octree levels when fitting the box */
+  TIGHTEN_DEPTH = 18,  /* how often parts are halved when fitting the box, across all axes */
   TIGHTEN_PASSES = 3
 };
 
@@ -30,24 +30,38 @@ static bool is_searched(const search *s, unsigned axis)
   return s->axes >> axis & 1;
 }
 
-/* The eight octants of a box.  Along axes without bounds it is not split: halves are equal. */
-typedef struct octants {
-  double lo[8][3], hi[8][3];
-} octants;
+/* The parts of a box, halved across one axis after the other. */
+typedef struct parts {
+  unsigned count;
+  double lo[ZS_LANES][3], hi[ZS_LANES][3];
+} parts;
 
+/* Halve a box `times` times, the first time across `axis`, but not across axes along which there
+ * are no bounds.  Lanes without a part repeat one. */
 static void split(const search *s, const double lo[3], const double hi[3], const double middle[3],
-                  octants *out, zs_boxes *boxes)
+                  int times, int axis, parts *out, zs_boxes *boxes)
 {
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    unsigned i = l % 8;
-    for (unsigned k = 0; k < 3; k++) {
-      const bool upper = i >> k & 1, whole = !is_searched(s, k);
-      out->lo[i][k] = upper && !whole ? middle[k] : lo[k];
-      out->hi[i][k] = upper || whole ? hi[k] : middle[k];
+  out->count = 1;
+  memcpy(out->lo[0], lo, sizeof out->lo[0]);
+  memcpy(out->hi[0], hi, sizeof out->hi[0]);
+  for (int i = 0; i < times; i++) {
+    const unsigned k = (unsigned)(axis + i) % 3;
+    if (!is_searched(s, k))
+      continue;
+    for (unsigned l = 0; l < out->count; l++) {
+      const unsigned upper = out->count + l;
+      memcpy(out->lo[upper], out->lo[l], sizeof out->lo[l]);
+      memcpy(out->hi[upper], out->hi[l], sizeof out->hi[l]);
+      out->lo[upper][k] = out->hi[l][k] = (out->lo[l][k] + out->hi[l][k]) / 2;
+    }
+    out->count *= 2;
+  }
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    for (int k = 0; k < 3; k++) {
+      const unsigned i = l % out->count;
       boxes->axis[k].lo[l] = nextafterf((float)(out->lo[i][k] - middle[k]), -INFINITY);
       boxes->axis[k].hi[l] = nextafterf((float)(out->hi[i][k] - middle[k]), INFINITY);
     }
-  }
 }
 
 /* Whether a box lies in what is found already, so that it cannot extend it. */
@@ -59,35 +73,37 @@ static bool is_found(const search *s, const double lo[3], const double hi[3])
   return true;
 }
 
-/* Extend what is found by the parts of a box, split `depth` times, over which
- * f < 0 cannot be proven. */
+/* Extend what is found by the parts of a box, halved `depth` times more of TIGHTEN_DEPTH, over
+ * which f < 0 cannot be proven. */
 static void collect(search *s, const zs_program *program, const double lo[3], const double hi[3],
                     int depth)
 {
-  octants parts;
+  enum { TIMES = 4 }; /* sixteen parts; fewer at first, so that the rest comes out even */
+  parts p;
   zs_boxes boxes;
   zs_bounds f;
   const double middle[3] = {(lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (lo[2] + hi[2]) / 2};
   zs_frame frame = zs_frame_at(middle);
-  split(s, lo, hi, middle, &parts, &boxes);
+  const int times = depth % TIMES ? depth % TIMES : TIMES, rest = depth - times;
+  split(s, lo, hi, middle, times, (TIGHTEN_DEPTH - depth) % 3, &p, &boxes);
   zs_program_bounds(s->eval, program, &frame, &boxes, &f);
   unsigned left = 0;
-  for (unsigned i = 0; i < 8; i++)
-    left |= (unsigned)(!(f.hi[i] < 0) && !(i & ~s->axes)) << i;
+  for (unsigned i = 0; i < p.count; i++)
+    left |= (unsigned)!(f.hi[i] < 0) << i;
   const zs_program *programs[ZS_LANES] = {NULL};
   zs_arena_mark mark = zs_arena_mark_here(&s->arena);
-  if (depth > 0)
+  if (rest > 0)
     zs_program_restrict_lanes(s->eval, program, left, ZS_REQUEST_SIGN, &s->arena, programs);
-  for (unsigned i = 0; i < 8; i++) {
-    if (!(left >> i & 1) || is_found(s, parts.lo[i], parts.hi[i]))
+  for (unsigned i = 0; i < p.count; i++) {
+    if (!(left >> i & 1) || is_found(s, p.lo[i], p.hi[i]))
       continue;
-    if (depth > 0) {
-      collect(s, programs[i], parts.lo[i], parts.hi[i], depth - 1);
+    if (rest > 0) {
+      collect(s, programs[i], p.lo[i], p.hi[i], rest);
       continue;
     }
     for (int k = 0; k < 3; k++) {
-      s->found_lo[k] = fmin(s->found_lo[k], parts.lo[i][k]);
-      s->found_hi[k] = fmax(s->found_hi[k], parts.hi[i][k]);
+      s->found_lo[k] = fmin(s->found_lo[k], p.lo[i][k]);
+      s->found_hi[k] = fmax(s->found_hi[k], p.hi[i][k]);
     }
   }
   zs_arena_rewind(&s->arena, mark);
@@ -264,7 +280,7 @@ static double find_cube(search *s)
   return ldexp(1, proven);
 }
 
-/* Shrink a box to what an octree cannot prove empty.  False when all of it is
+/* Shrink a box to what parts of it cannot prove empty.  False when all of it is
  * empty. */
 static bool tighten(search *s, double lo[3], double hi[3])
 {
@@ -273,7 +289,7 @@ static bool tighten(search *s, double lo[3], double hi[3])
       s->found_lo[k] = INFINITY;
       s->found_hi[k] = -INFINITY;
     }
-    collect(s, zs_field_program(zs_eval_field(s->eval)), lo, hi, TIGHTEN_DEPTH - 1);
+    collect(s, zs_field_program(zs_eval_field(s->eval)), lo, hi, TIGHTEN_DEPTH);
     if (s->found_lo[0] > s->found_hi[0])
       return false;
     memcpy(lo, s->found_lo, sizeof s->found_lo);
@@ -335,11 +351,13 @@ bool zs_field_box(zs_field *field, double lo[3], double hi[3], zs_diag *diag)
   search s = {.eval = zs_eval_new(field, diag), .axes = ZS_ALL_AXES};
   if (!s.eval)
     return false;
-  bool found = find(&s, lo, hi, field->has_hint ? NULL : diag);
-  if (!found && field->has_hint) {
+  bool found;
+  if (field->has_hint) {
     memcpy(lo, field->hint_lo, sizeof field->hint_lo);
     memcpy(hi, field->hint_hi, sizeof field->hint_hi);
     found = tighten(&s, lo, hi) || fail_empty(diag);
+  } else {
+    found = find(&s, lo, hi, diag);
   }
   zs_eval_free(s.eval);
   zs_arena_free(&s.arena);

@@ -112,20 +112,25 @@ static zs_box *child_extents(const zs_node *node, const zs_control *control,
   return boxes;
 }
 
-zs_box zs_node_extent(const zs_node *node, const zs_control *control, struct zs_cache *cache)
+zs_box zs_node_extent_by_children(const zs_node *node, const zs_control *control,
+                                  struct zs_cache *cache)
 {
-  zs_box box;
-  if (find_alone(node, control, cache, &box))
-    return box;
   if (!node->kind->box)
     return zs_box_everything();
   size_t count;
   zs_box *children = child_extents(node, control, cache, &count);
-  box = count || node->kind->children == ZS_CHILDREN_NONE
-          ? node->kind->box(node, children, count)
-          : zs_box_everything();
+  const zs_box box = count || node->kind->children == ZS_CHILDREN_NONE
+                       ? node->kind->box(node, children, count)
+                       : zs_box_everything();
   free(children);
   return node->placement ? zs_box_image(&box, node->placement) : box;
+}
+
+zs_box zs_node_extent(const zs_node *node, const zs_control *control, struct zs_cache *cache)
+{
+  zs_box box;
+  return find_alone(node, control, cache, &box) ? box
+                                                : zs_node_extent_by_children(node, control, cache);
 }
 
 /* The ends along axes where none were found together with those along others. */

@@ -9,6 +9,10 @@
  * the tree; `control` and `cache` as for zs_compiler_new. */
 zs_box zs_node_extent(const zs_node *node, const zs_control *control, struct zs_cache *cache);
 
+/* The same where bounds of the node's own program have been found not to tell. */
+zs_box zs_node_extent_by_children(const zs_node *node, const zs_control *control,
+                                  struct zs_cache *cache);
+
 /* The box of a node's child nodes together, in the node's own coordinates, along some axes (one
  * bit each); infinite along the others and where no end is found.  False when the children do
  * not compile: emitting them reports why. */

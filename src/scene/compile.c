@@ -10,7 +10,7 @@ static void locate(zs_field *field, const zs_tree *tree, const zs_control *contr
   double lo[3], hi[3];
   bool found = zs_field_box(field, lo, hi, NULL);
   if (!found) {
-    zs_box extent = zs_node_extent(tree->root, control, cache);
+    zs_box extent = zs_node_extent_by_children(tree->root, control, cache);
     if (!zs_box_is_finite(&extent))
       return;
     zs_field_set_hint(field, extent.lo, extent.hi);
