@@ -307,20 +307,34 @@ typedef struct zone {
   zs_vector bend;         /* how far from the tangent plane */
 } zone;
 
+/* A number no more than 0.06 below the natural logarithm, and not above it: the exponent and
+ * the mantissa as they stand. */
+static inline ZS_ALWAYS zs_vector rough_logarithm(zs_vector a)
+{
+  const zs_integers magic = (zs_integers){0} + INT64_C(0x4338000000000000); /* 1.5 * 2^52 */
+  const zs_integers one = (zs_integers){0} + INT64_C(0x3ff0000000000000);
+  const zs_integers exponent = ((zs_integers)a - one) >> 52;
+  const zs_vector whole = (zs_vector)(exponent + magic) - (zs_vector)magic;
+  const zs_vector mantissa = (zs_vector)((zs_integers)a - (exponent << 52)) - 1;
+  return (whole + mantissa) * 0.6931471805599453;
+}
+
 /* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
  * may pass through 0. */
 static inline ZS_ALWAYS zone zone_around(zs_vector away, zs_vector step)
 {
   static const double VALUE_PEAK = 0.6065306597126334, SLOPE_PEAK = 0.22313016014842982;
+  static const double OFF = 0.06; /* of rough logarithms */
   const zs_vector tiny = (zs_vector){0} + 1e-300;
-  const zs_vector far = away + step, near = away - step, l = zs_vector_logarithm(larger(far, tiny));
-  const zs_vector other = zs_vector_logarithm(larger(chosen(near > 0, near, step), tiny));
-  const zs_vector most = larger(absolute(other), absolute(l));
+  const zs_vector far = away + step, near = away - step;
+  const zs_vector l = rough_logarithm(larger(far, tiny)), above = l + OFF;
+  const zs_vector other = rough_logarithm(larger(chosen(near > 0, near, step), tiny));
+  const zs_vector most = larger(absolute(other), absolute(l)) + OFF;
   zone z;
   z.value = chosen(far < VALUE_PEAK, -far * far * l,
-                   larger((zs_vector){0} + VALUE_PEAK * VALUE_PEAK / 2, far * far * l));
+                   larger((zs_vector){0} + VALUE_PEAK * VALUE_PEAK / 2, far * far * above));
   z.slope = chosen(far < SLOPE_PEAK, far * absolute(2 * l + 1),
-                   larger((zs_vector){0} + 2 * SLOPE_PEAK, far * (2 * l + 1)));
+                   larger((zs_vector){0} + 2 * SLOPE_PEAK, far * (2 * above + 1)));
   z.bend = step * step * chosen(near > 0, most + 1.5, most + 3.5);
   return z;
 }
@@ -372,7 +386,8 @@ static void take_boxes(boxes *b, const zs_bounds_arguments *a, unsigned first)
 {
   for (int l = 0; l < ZS_WIDTH; l++)
     for (int k = 0; k < 3; k++) {
-      const float least = a->in[k]->lo[first + (unsigned)l], most = a->in[k]->hi[first + (unsigned)l];
+      const float least = a->in[k]->lo[first + (unsigned)l];
+      const float most = a->in[k]->hi[first + (unsigned)l];
       const double lo = k == 2 ? clamped(least) : (double)least;
       const double hi = k == 2 ? clamped(most) : (double)most;
       b->at[k][l] = (lo + hi) / 2;
