@@ -22,6 +22,9 @@ static const float BEYOND = 0.03f;
 /* Depth of a leaf, and how well a surface is located, in pixels. */
 static const double LEAF_DEPTH = 8, ROOT_TOLERANCE = 2e-3;
 
+/* How far beyond its place the surface is looked for, in tolerances, to have it between. */
+static const float ROOT_BEYOND = 0.4f;
+
 /* Slopes between samples may be this much too small for what lies between. */
 static const float SLOPE_SLACK = 1.5f;
 
@@ -88,6 +91,15 @@ static float leaf_depth(const zs_tracer *tracer, uint32_t index)
   return (float)(camera->near + (camera->far - camera->near) * index / tracer->leaves);
 }
 
+/* A box in local coordinates, larger by more than these round to in single precision. */
+static void set_box(zs_boxes *boxes, unsigned lane, const double lo[3], const double hi[3])
+{
+  for (int k = 0; k < 3; k++) {
+    boxes->axis[k].lo[lane] = (float)(lo[k] - 2 * FLT_EPSILON * fabs(lo[k]));
+    boxes->axis[k].hi[lane] = (float)(hi[k] + 2 * FLT_EPSILON * fabs(hi[k]));
+  }
+}
+
 /* ---- Leaves -------------------------------------------------------------------------- */
 
 /* The rays of a leaf that are not done, and what is known of each. */
@@ -99,6 +111,8 @@ typedef struct leaf {
   uint8_t ray[ZS_COLUMN_RAYS];  /* in the column */
   float u[ZS_COLUMN_RAYS], v[ZS_COLUMN_RAYS];
   float t[SAMPLES][ZS_COLUMN_RAYS], f[SAMPLES][ZS_COLUMN_RAYS]; /* depths and values */
+  /* Samples that are of use, those around where the ray may meet the surface. */
+  uint8_t from[ZS_COLUMN_RAYS], to[ZS_COLUMN_RAYS];
   uint8_t first[ZS_COLUMN_RAYS]; /* sample that is inside; LAST + 1 if none */
   /* f < 0 or unknown at lo, f >= 0 at hi: a surface is between; where `found`. */
   bool found[ZS_COLUMN_RAYS];
@@ -141,6 +155,8 @@ static void gather(leaf *l, float a, float b)
     zs_tile_ray(l->tile, l->tracer->camera, l->column % ZS_COLUMNS * ZS_COLUMN + r % ZS_COLUMN,
                 l->column / ZS_COLUMNS * ZS_COLUMN + r / ZS_COLUMN, &u, &v);
     l->ray[i] = (uint8_t)r;
+    l->from[i] = 0;
+    l->to[i] = SAMPLES - 1;
     l->u[i] = (float)u;
     l->v[i] = (float)v;
     const float lo = fmaxf(a, span->near), hi = fminf(b, span->far);
@@ -149,6 +165,81 @@ static void gather(leaf *l, float a, float b)
     l->t[0][i] = lo - BEYOND * (b - a);
     l->t[LAST][i] = hi;
     l->t[LAST + 1][i] = hi + BEYOND * (b - a);
+  }
+}
+
+/* The parts of a leaf that are bounded once more before it is sampled: 2 x 2 or 1 across, the
+ * rest in depth. */
+typedef struct pieces {
+  uint32_t across, slabs;
+  float depth[ZS_LANES + 1]; /* between slabs */
+  bool open[ZS_LANES];       /* f < 0 is not proven; those across first */
+} pieces;
+
+static pieces bound_pieces(const leaf *l, float a, float b)
+{
+  const zs_camera *camera = l->tracer->camera;
+  const uint32_t across = l->tile->rays_per_pixel > 1 ? 1 : 2;
+  pieces p = {.across = across, .slabs = ZS_LANES / (across * across)};
+  const double step = camera->pixel / l->tile->rays_per_pixel, side = step * ZS_COLUMN / across;
+  const double left = camera->left + (l->tile->x + l->column % ZS_COLUMNS * ZS_COLUMN) * step;
+  const double top = camera->top - (l->tile->y + l->column / ZS_COLUMNS * ZS_COLUMN) * step;
+  for (uint32_t k = 0; k <= p.slabs; k++)
+    p.depth[k] = a + (b - a) * (float)k / (float)p.slabs;
+  p.depth[0] -= BEYOND * (b - a);
+  p.depth[p.slabs] += BEYOND * (b - a);
+  zs_boxes boxes;
+  zs_bounds f;
+  for (unsigned n = 0; n < ZS_LANES; n++) {
+    const uint32_t x = n % across, y = n / across % across, k = n / (across * across);
+    const double lo[3] = {left + x * side, top - (y + 1) * side, p.depth[k]};
+    const double hi[3] = {left + (x + 1) * side, top - y * side, p.depth[k + 1]};
+    set_box(&boxes, n, lo, hi);
+  }
+  zs_program_bounds(l->tracer->eval, l->sign, &camera->frame, &boxes, &f);
+  for (unsigned n = 0; n < ZS_LANES; n++)
+    p.open[n] = !(f.hi[n] < 0);
+  return p;
+}
+
+/* Keep the samples around the open pieces that a ray passes, two to each side to know how f
+ * comes in and goes out.  False when it passes none. */
+static bool limit(leaf *l, unsigned i, const pieces *p)
+{
+  const uint32_t side = ZS_COLUMN / p->across, r = l->ray[i];
+  const uint32_t across = r / ZS_COLUMN / side * p->across + r % ZS_COLUMN / side;
+  uint32_t first = p->slabs, end = 0;
+  for (uint32_t k = 0; k < p->slabs; k++)
+    if (p->open[k * p->across * p->across + across]) {
+      first = first < k ? first : k;
+      end = k + 1;
+    }
+  if (!end)
+    return false;
+  while (l->from[i] + 2 < SAMPLES && l->t[l->from[i] + 2][i] < p->depth[first])
+    l->from[i]++;
+  while (l->to[i] >= 2 && l->t[l->to[i] - 2][i] > p->depth[end])
+    l->to[i]--;
+  return l->from[i] < l->to[i];
+}
+
+/* Leave out rays, and samples of others, that bounds of smaller pieces have no use for. */
+static void narrow(leaf *l, float a, float b)
+{
+  const pieces p = bound_pieces(l, a, b);
+  const unsigned count = l->count;
+  l->count = 0;
+  for (unsigned i = 0; i < count; i++) {
+    if (!limit(l, i, &p))
+      continue;
+    const unsigned to = l->count++;
+    l->ray[to] = l->ray[i];
+    l->u[to] = l->u[i];
+    l->v[to] = l->v[i];
+    l->from[to] = l->from[i];
+    l->to[to] = l->to[i];
+    for (int s = 0; s < SAMPLES; s++)
+      l->t[s][to] = l->t[s][i];
   }
 }
 
@@ -164,32 +255,46 @@ static void bracket(leaf *l, unsigned i, uint8_t s)
   l->f_hi[i] = l->f[s][i];
 }
 
-/* Take the samples from `from` on that fit into one block, of rays that have
- * not met any inside yet, and look for such. */
-static void sample(leaf *l, uint8_t from)
+/* Take the samples of use of rays that have not met any inside yet, and look for such: at most
+ * `most` of each ray, the first of them `skip` after the first of use. */
+static void sample(leaf *l, uint8_t skip, uint8_t most)
 {
   _Alignas(64) float u[ZS_BLOCK], v[ZS_BLOCK], w[ZS_BLOCK], f[ZS_BLOCK];
-  uint8_t index[ZS_COLUMN_RAYS];
-  unsigned rays = 0, n = 0;
-  for (unsigned i = 0; i < l->count; i++)
-    if (!l->found[i])
-      index[rays++] = (uint8_t)i;
-  for (unsigned k = 0; k < rays; k++)
-    for (int s = from; s < from + TOGETHER; s++, n++) {
-      u[n] = l->u[index[k]];
-      v[n] = l->v[index[k]];
-      w[n] = l->t[s][index[k]];
+  uint8_t end[ZS_COLUMN_RAYS];
+  unsigned n = 0;
+  for (unsigned i = 0; i < l->count; i++) {
+    const uint8_t last = l->from[i] + skip + most;
+    end[i] = l->found[i] ? 0 : last <= l->to[i] ? last : l->to[i] + 1;
+    for (uint8_t s = l->from[i] + skip; s < end[i]; s++) {
+      u[n] = l->u[i];
+      v[n] = l->v[i];
+      w[n++] = l->t[s][i];
     }
+  }
   evaluate(l, n, u, v, w, f);
-  for (unsigned k = 0; k < rays; k++) {
-    const unsigned i = index[k];
-    l->first[i] = LAST + 1;
-    for (uint8_t s = from; s < from + TOGETHER; s++) {
-      l->f[s][i] = f[k * TOGETHER + (s - from)];
+  n = 0;
+  for (unsigned i = 0; i < l->count; i++)
+    for (uint8_t s = l->from[i] + skip; s < end[i]; s++) {
+      l->f[s][i] = f[n++];
       if (l->f[s][i] >= 0 && s >= FIRST && s <= LAST && !l->found[i])
         bracket(l, i, s);
     }
+}
+
+/* All samples of use at once when they fit into one block, else the nearer ones of each ray
+ * first. */
+static void sample_all(leaf *l)
+{
+  unsigned n = 0;
+  for (unsigned i = 0; i < l->count; i++)
+    n += l->to[i] - l->from[i] + 1u;
+  memset(l->first, LAST + 1, l->count);
+  if (n <= ZS_BLOCK) {
+    sample(l, 0, SAMPLES);
+    return;
   }
+  for (uint8_t skip = 0; skip < SAMPLES; skip += TOGETHER)
+    sample(l, skip, TOGETHER);
 }
 
 /* Four depths along a ray with f < 0, where f may rise to a peak between the
@@ -286,7 +391,7 @@ static void look_closer(leaf *l)
   for (int s = FIRST + 1; s <= LAST; s++) {
     b.count = 0;
     for (unsigned i = 0; i < l->count; i++) {
-      if (s >= l->first[i] || !(l->f[s - 1][i] > l->f[s - 2][i] && l->f[s][i] > l->f[s + 1][i]))
+      if (s >= l->first[i] || s < l->from[i] + 2 || s >= l->to[i] || !(l->f[s - 1][i] > l->f[s - 2][i] && l->f[s][i] > l->f[s + 1][i]))
         continue;
       const peak p = peak_of(l, i, s);
       if (peak_height(&p) >= 0)
@@ -297,13 +402,15 @@ static void look_closer(leaf *l)
   }
 }
 
-/* A point between the ends of a bracket: where the chord meets zero, in every
- * third step the middle. */
-static float root_guess(float lo, float hi, float f_lo, float f_hi, int step)
+/* A point between the ends of a bracket: where the chord meets zero, and a little
+ * beyond from the nearer end, so that the farther one comes near too; in every
+ * fourth step the middle. */
+static float root_guess(float lo, float hi, float f_lo, float f_hi, float tolerance, int step)
 {
-  const float middle = lo + (hi - lo) / 2;
-  const float chord = lo + (hi - lo) * (f_lo / (f_lo - f_hi));
-  return step % 3 != 2 && chord > lo && chord < hi ? chord : middle;
+  const float middle = lo + (hi - lo) / 2, beyond = ROOT_BEYOND * tolerance;
+  const float zero = lo + (hi - lo) * (f_lo / (f_lo - f_hi));
+  const float chord = f_hi > -f_lo ? zero + beyond : zero - beyond;
+  return step % 4 != 3 && chord > lo && chord < hi ? chord : middle;
 }
 
 /* Close in on the surface in all brackets, by false position with the Illinois
@@ -322,7 +429,7 @@ static void close_in(leaf *l, float tolerance)
       const unsigned i = b.index[k];
       if (!(l->hi[i] - l->lo[i] > tolerance))
         continue;
-      depth[left] = root_guess(l->lo[i], l->hi[i], l->f_lo[i], l->f_hi[i], step);
+      depth[left] = root_guess(l->lo[i], l->hi[i], l->f_lo[i], l->f_hi[i], tolerance, step);
       if (depth[left] > l->lo[i] && depth[left] < l->hi[i])
         b.index[left++] = (uint8_t)i;
     }
@@ -424,10 +531,11 @@ static void trace_leaf(zs_tracer *tracer, zs_tile *tile, const part *p)
             .tile = tile,
             .column = p->lo[1] * ZS_COLUMNS + p->lo[0]};
   gather(&l, a, b);
+  if (l.count && !tracer->brute)
+    narrow(&l, a, b);
   if (!l.count)
     return;
-  for (uint8_t from = 0; from < SAMPLES; from += TOGETHER)
-    sample(&l, from);
+  sample_all(&l);
   look_closer(&l);
   const double tolerance =
     ROOT_TOLERANCE * zs_camera_footprint(tracer->camera, (double)b) / tile->rays_per_pixel;
@@ -505,11 +613,7 @@ static void part_boxes(const zs_tracer *tracer, const zs_tile *tile, const part 
     const double hi[3] = {camera->left + (tile->x + p->hi[0] * ZS_COLUMN) * step,
                           camera->top - (tile->y + p->lo[1] * ZS_COLUMN) * step,
                           leaf_depth(tracer, p->hi[2]) + beyond};
-    for (int k = 0; k < 3; k++) {
-      /* More than the rounding of coordinates in single precision. */
-      boxes->axis[k].lo[l] = (float)(lo[k] - 2 * FLT_EPSILON * fabs(lo[k]));
-      boxes->axis[k].hi[l] = (float)(hi[k] + 2 * FLT_EPSILON * fabs(hi[k]));
-    }
+    set_box(boxes, l, lo, hi);
   }
 }
 
