@@ -249,6 +249,136 @@ static void test_pieces(void **unused)
   zs_arena_free(&arena);
 }
 
+/* ---- The kernels ----------------------------------------------------------------------------- */
+
+static const char *const isas[] = {"baseline", "avx2", "avx512"};
+static const char *const falloffs[] = {"wyvill", "blobtree", "blinn", "metaball"};
+enum { FIELDS = 5 }; /* of these, and of a convolution */
+
+/* A skeleton of all shapes, in which parts add and take away. */
+static zs_node *random_skeleton(zs_arena *A, int field, uint64_t *state)
+{
+  static const char *const names[] = {"point", "segment", "polyline", "triangle"};
+  zs_node *node = field < 4 ? soft(A, falloffs[field], 0.3) : node_named(A, "convolution");
+  const int count = 1 + (int)random_below(state, 6);
+  for (int i = 0; i < count; i++) {
+    const unsigned shape = random_below(state, 4);
+    double c[12];
+    for (int k = 0; k < 12; k++)
+      c[k] = random_between(state, -2, 2);
+    zs_node *own = part(A, node, names[shape]);
+    if (shape == 0)
+      set_vector(own, "at", c);
+    else if (shape == 1)
+      set_vector(set_vector(own, "from", c), "to", c + 3);
+    else
+      set_numbers(A, own, "points", c, shape == 2 ? 12 : 9);
+    set(set(own, "radius", exp(random_between(state, -1.5, 1.5))), "weight",
+        random_below(state, 4) ? random_between(state, 0.2, 2) : random_between(state, -1, -0.2));
+  }
+  return node;
+}
+
+/* Whether f has one slope along an axis: the nearest pieces do not change there. */
+static bool has_slope(zs_eval *eval, const double p[3], int axis, double *slope)
+{
+  const double h = 1e-5;
+  double f[3];
+  for (int i = 0; i < 3; i++) {
+    double at[3] = {p[0], p[1], p[2]};
+    at[axis] += (i - 1) * h;
+    f[i] = zs_eval_point(eval, at);
+  }
+  *slope = (f[2] - f[0]) / (2 * h);
+  return fabs((f[2] - f[1]) - (f[1] - f[0])) < 1e-3 * h;
+}
+
+/* Values and slopes of blocks are those of the definition, near and far, on every instruction
+ * set. */
+static void test_blocks(void **unused)
+{
+  (void)unused;
+  enum { POINTS = 100 };
+  uint64_t state = 31;
+  unsigned slopes = 0;
+  for (int t = 0; t < 12 * FIELDS; t++) {
+    zs_arena arena = {0};
+    setenv("ZEROSET_ISA", isas[t % 3], 1);
+    zs_eval *eval = compiled(random_skeleton(&arena, t % FIELDS, &state));
+    float x[3][POINTS], f[POINTS], g[4][POINTS];
+    for (int i = 0; i < POINTS; i++)
+      for (int k = 0; k < 3; k++)
+        x[k][i] = (float)random_between(&state, -3, 3) * (i % 5 ? 1 : 50);
+    x[1][7] = NAN;
+    zs_eval_values(eval, NULL, POINTS, x[0], x[1], x[2], f);
+    zs_eval_gradients(eval, NULL, POINTS, x[0], x[1], x[2], g[0], g[1], g[2], g[3]);
+    assert_true(isnan(f[7]) && isnan(g[0][7]));
+    for (int i = 0; i < POINTS; i++) {
+      const double p[3] = {(double)x[0][i], (double)x[1][i], (double)x[2][i]};
+      if (i == 7)
+        continue;
+      const double expected = zs_eval_point(eval, p);
+      if (!(fabs((double)f[i] - expected) < 1e-5 && fabs((double)(f[i] - g[0][i])) < 1e-6))
+        fail_msg("field %d on %s at %g %g %g: %.9g, with slopes %.9g, instead of %.9g",
+                 t % FIELDS, isas[t % 3], p[0], p[1], p[2], (double)f[i], (double)g[0][i],
+                 expected);
+      for (int k = 0; k < 3; k++) {
+        double slope;
+        if (!has_slope(eval, p, k, &slope))
+          continue;
+        slopes++;
+        if (!(fabs((double)g[k + 1][i] - slope) < 2e-3 * (1 + fabs(slope))))
+          fail_msg("field %d at %g %g %g: slope %d is %g, differences %g", t % FIELDS, p[0], p[1],
+                   p[2], k, (double)g[k + 1][i], slope);
+      }
+    }
+    zs_eval_free(eval);
+    zs_arena_free(&arena);
+  }
+  assert_true(slopes > 12 * FIELDS * POINTS);
+  unsetenv("ZEROSET_ISA");
+}
+
+/* Boxes of all sizes hold what f is in them; small ones do so closely. */
+static void test_ranges(void **unused)
+{
+  (void)unused;
+  enum { BOXES = 64, SAMPLES = 40 };
+  uint64_t state = 33;
+  for (int t = 0; t < 12 * FIELDS; t++) {
+    zs_arena arena = {0};
+    setenv("ZEROSET_ISA", isas[t % 3], 1);
+    zs_eval *eval = compiled(random_skeleton(&arena, t % FIELDS, &state));
+    double lo[BOXES][3], hi[BOXES][3];
+    float f_lo[BOXES], f_hi[BOXES];
+    for (int b = 0; b < BOXES; b++)
+      for (int k = 0; k < 3; k++) {
+        lo[b][k] = random_between(&state, -3, 3) * (b % 9 ? 1 : 1000);
+        hi[b][k] = lo[b][k] + exp(random_between(&state, -9, 2));
+      }
+    for (int k = 0; k < 3; k++) /* so close to one point that little is left of f */
+      hi[0][k] = lo[0][k] + 1e-4;
+    lo[1][0] = -INFINITY;
+    zs_eval_bounds(eval, BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
+    assert_true(f_hi[0] - f_lo[0] < 1e-2f);
+    for (int b = 0; b < BOXES; b++)
+      for (int i = 0; i < SAMPLES; i++) {
+        double p[3];
+        for (int k = 0; k < 3; k++)
+          p[k] = isinf(lo[b][k])             ? hi[b][k] - exp(random_between(&state, -3, 9))
+                 : random_below(&state, 3)   ? random_between(&state, lo[b][k], hi[b][k])
+                 : random_below(&state, 2) ? lo[b][k] : hi[b][k];
+        const double f = zs_eval_point(eval, p);
+        if (!(isnan(f_lo[b]) || (f >= (double)f_lo[b] && f <= (double)f_hi[b])))
+          fail_msg("field %d on %s: %.9g at %g %g %g is not in %.9g .. %.9g", t % FIELDS,
+                   isas[t % 3], f, p[0], p[1], p[2], (double)f_lo[b], (double)f_hi[b]);
+      }
+    zs_eval_free(eval);
+    zs_arena_free(&arena);
+  }
+  unsetenv("ZEROSET_ISA");
+}
+
 /* ---- Many parts ------------------------------------------------------------------------------ */
 
 /* In a small box few of many parts are left, and the box of all holds the solid. */
@@ -311,7 +441,8 @@ int main(void)
     cmocka_unit_test(test_falloffs),     cmocka_unit_test(test_soft_lines),
     cmocka_unit_test(test_soft_triangle), cmocka_unit_test(test_small_radius),
     cmocka_unit_test(test_closed_forms),
-    cmocka_unit_test(test_pieces),       cmocka_unit_test(test_many),
+    cmocka_unit_test(test_pieces),       cmocka_unit_test(test_blocks),
+    cmocka_unit_test(test_ranges),       cmocka_unit_test(test_many),
     cmocka_unit_test(test_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
