@@ -40,6 +40,7 @@ gallery_pictures = \
   doc/gallery/spanner.png \
   doc/gallery/stack.png \
   doc/gallery/stack-straight.png \
+  doc/gallery/sums.png \
   doc/gallery/surface.png \
   doc/gallery/warp.png \
   doc/gallery/warp-plain.png
@@ -54,6 +55,8 @@ gallery: zeroset
 	done
 	./zeroset render $(srcdir)/scenes/becoming.xml --object row --bounds "-8 -9 -1 52 9 11" \
 	  --size 960x320 -o $(srcdir)/doc/gallery/becoming.png
+	./zeroset render $(srcdir)/scenes/sums.xml --object row --size 960x400 \
+	  -o $(srcdir)/doc/gallery/sums.png
 	./zeroset slice $(srcdir)/scenes/bracket.xml --z 4 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/bracket-slice.png
 	./zeroset slice $(srcdir)/scenes/cup.xml --axis y --at 0 --size 480x360 \

@@ -43,5 +43,6 @@ EXTRA_DIST += \
   scenes/stack/root5.png \
   scenes/stack/root6.png \
   scenes/stack/slices.py \
+  scenes/sums.xml \
   scenes/surface.xml \
   scenes/warp.xml

@@ -66,6 +66,8 @@ typedef struct zs_attribute {
   const char *doc;
 } zs_attribute;
 
+struct zs_fill;
+
 /* ---- Nodes ------------------------------------------------------------- */
 
 typedef struct zs_node zs_node;
@@ -149,6 +151,10 @@ struct zs_kind {
    * formulas.  Optional; left out where a compilation is for scalar operations
    * only, which tests compare with.  `combine` is another such shortcut. */
   zs_value (*fused)(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
+  /* The boundary of a plane shape with straight edges, or edges that stand for curves: added to
+   * an empty fill, in the node's coordinates, resolved.  It stays empty where the attributes
+   * make other edges.  False after reporting.  Optional. */
+  bool (*outline)(const zs_node *node, struct zs_fill *fill, zs_diag *diag);
   /* A box that holds the solid, in the node's coordinates, from those of its
    * child nodes (one, of their union, for CHILDREN_ONE).  Asked for when bounds
    * of the program find none.  Optional: then there is none to be had. */

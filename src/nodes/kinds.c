@@ -23,7 +23,7 @@ extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_m
   zs_kind_space_map, zs_kind_repeat_grid, zs_kind_repeat_polar, zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_stack, zs_kind_variational,
   zs_kind_space_time_blend, zs_kind_local_morph,
-  zs_kind_distance_morph;
+  zs_kind_distance_morph, zs_kind_minkowski_morph;
 extern const zs_kind zs_kind_distance, zs_kind_volume, zs_kind_sample;
 
 const zs_kind *const zs_kinds[] = {
@@ -106,6 +106,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_space_time_blend,
   &zs_kind_local_morph,
   &zs_kind_distance_morph,
+  &zs_kind_minkowski_morph,
   /* Data */
   &zs_kind_distance,
   &zs_kind_volume,

@@ -47,6 +47,9 @@ zs_sources += \
   src/nodes/kinds.c \
   src/nodes/local_morph.c \
   src/nodes/map.c \
+  src/nodes/minkowski_morph.c \
+  src/nodes/minkowski_morph.h \
+  src/nodes/minkowski_sampled.c \
   src/nodes/noise.c \
   src/nodes/normalize.c \
   src/nodes/offset.c \

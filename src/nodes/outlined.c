@@ -1,6 +1,7 @@
 #include "nodes/outlined.h"
 
 #include "nodes/common.h"
+#include "samples/polygon.h"
 
 #include <math.h>
 
@@ -71,4 +72,51 @@ bool zs_outlined_fill(const zs_outline *outline, double tolerance, bool absolute
     return true;
   zs_fill_clear(fill);
   return fail(node, attribute, name, result, diag);
+}
+
+bool zs_outlined_ring(const double *points, size_t count, const zs_node *node,
+                      const char *attribute, zs_fill *fill, zs_diag *diag)
+{
+  *fill = (zs_fill){0};
+  zs_fill_result result = ZS_FILL_MEMORY;
+  if (zs_fill_add_rings(fill, points, &count, 1))
+    result = zs_fill_resolve(fill, true);
+  if (result == ZS_FILL_DONE)
+    return true;
+  zs_fill_clear(fill);
+  return result == ZS_FILL_MEMORY ? zs_fail_memory(diag)
+                                    : fail(node, attribute, NULL, result, diag);
+}
+
+/* The edges about the middle of the box around them, where single precision is best spent. */
+static void move_to_middle(zs_fill *fill, double centre[3])
+{
+  double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+  for (size_t i = 0; i < fill->count; i++)
+    for (int k = 0; k < 2; k++) {
+      lo[k] = fmin(lo[k], fill->edges[i][k]);
+      hi[k] = fmax(hi[k], fill->edges[i][k]);
+    }
+  for (int k = 0; k < 2; k++)
+    centre[k] = lo[k] + (hi[k] - lo[k]) / 2;
+  centre[2] = 0;
+  for (size_t i = 0; i < fill->count; i++)
+    for (int k = 0; k < 4; k++)
+      fill->edges[i][k] -= centre[k % 2];
+}
+
+zs_value zs_outlined_emit(zs_compiler *compiler, zs_fill *fill, const zs_coordinates *at)
+{
+  double centre[3];
+  move_to_middle(fill, centre);
+  const zs_polygon *polygon =
+    zs_polygon_of_edges(zs_compiler_arena(compiler), fill->edges, fill->count);
+  if (!polygon) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return zs_emit_constant(compiler, 0);
+  }
+  const zs_coordinates about = zs_coordinates_moved(at, centre);
+  return zs_emit_operation(compiler, &zs_polygon_operation, polygon,
+                           zs_emit_coordinate(compiler, &about, 0),
+                           zs_emit_coordinate(compiler, &about, 1), 0);
 }

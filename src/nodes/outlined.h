@@ -15,4 +15,13 @@ bool zs_outlined_fill(const zs_outline *outline, double tolerance, bool absolute
                       const zs_node *node, const char *attribute, const char *name, zs_fill *fill,
                       zs_diag *diag);
 
+/* The boundary of one ring of `count` corners (x, y), by the even-odd rule, resolved.  False after
+ * reporting about the attribute, or the element (NULL). */
+bool zs_outlined_ring(const double *points, size_t count, const zs_node *node,
+                      const char *attribute, zs_fill *fill, zs_diag *diag);
+
+/* The distance to edges, positive on their left, which together are the boundary of something; 0
+ * when memory is out, which is reported.  The edges are moved. */
+zs_value zs_outlined_emit(zs_compiler *compiler, zs_fill *fill, const zs_coordinates *at);
+
 #endif

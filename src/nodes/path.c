@@ -3,7 +3,6 @@
 
 #include "files/svg.h"
 #include "nodes/common.h"
-#include "samples/polygon.h"
 
 #include <math.h>
 #include <string.h>
@@ -81,49 +80,28 @@ static bool read_outline(const zs_node *node, zs_outline *outline, zs_diag *diag
   return done;
 }
 
-/* The edges about the middle of the box around them, where single precision is best spent. */
-static void move_to_middle(zs_fill *fill, double centre[3])
+/* What the node fills. */
+static bool outline_of(const zs_node *node, zs_fill *fill, zs_diag *diag)
 {
-  double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
-  for (size_t i = 0; i < fill->count; i++)
-    for (int k = 0; k < 2; k++) {
-      lo[k] = fmin(lo[k], fill->edges[i][k]);
-      hi[k] = fmax(hi[k], fill->edges[i][k]);
-    }
-  for (int k = 0; k < 2; k++)
-    centre[k] = lo[k] + (hi[k] - lo[k]) / 2;
-  centre[2] = 0;
-  for (size_t i = 0; i < fill->count; i++)
-    for (int k = 0; k < 4; k++)
-      fill->edges[i][k] -= centre[k % 2];
+  const struct path *p = node->parameters;
+  const bool given = !isnan(p->tolerance);
+  zs_outline outline;
+  if (!read_outline(node, &outline, diag))
+    return false;
+  const bool done = zs_outlined_fill(&outline, given ? p->tolerance : TOLERANCE, given, node,
+                                     p->src ? "src" : "d", NULL, fill, diag);
+  zs_outline_clear(&outline);
+  return done;
 }
 
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
-  const struct path *p = node->parameters;
-  zs_diag *diag = zs_compiler_diag(compiler);
-  zs_outline outline;
   zs_fill fill = {0};
-  const zs_polygon *polygon = NULL;
-  double centre[3];
-  if (read_outline(node, &outline, diag)) {
-    const bool given = !isnan(p->tolerance);
-    if (zs_outlined_fill(&outline, given ? p->tolerance : TOLERANCE, given, node,
-                         p->src ? "src" : "d", NULL, &fill, diag)) {
-      move_to_middle(&fill, centre);
-      polygon = zs_polygon_of_edges(zs_compiler_arena(compiler), fill.edges, fill.count);
-      if (!polygon)
-        zs_fail_memory(diag);
-    }
-    zs_outline_clear(&outline);
-    zs_fill_clear(&fill);
-  }
-  if (!polygon)
-    return zs_emit_constant(compiler, 0);
-  const zs_coordinates about = zs_coordinates_moved(at, centre);
-  return zs_emit_operation(compiler, &zs_polygon_operation, polygon,
-                           zs_emit_coordinate(compiler, &about, 0),
-                           zs_emit_coordinate(compiler, &about, 1), 0);
+  const zs_value f = outline_of(node, &fill, zs_compiler_diag(compiler))
+                       ? zs_outlined_emit(compiler, &fill, at)
+                       : zs_emit_constant(compiler, 0);
+  zs_fill_clear(&fill);
+  return f;
 }
 
 const zs_kind zs_kind_path = {
@@ -142,4 +120,5 @@ const zs_kind zs_kind_path = {
   .children = ZS_CHILDREN_NONE,
   .check = check,
   .emit = emit,
+  .outline = outline_of,
 };

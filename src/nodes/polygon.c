@@ -1,6 +1,7 @@
 /* Shapes with straight edges, by the exact distance to them. */
 #include "nodes/common.h"
 
+#include "nodes/outlined.h"
 #include "samples/polygon.h"
 
 #include <math.h>
@@ -91,6 +92,12 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   return distance(compiler, at, moved, count, centre);
 }
 
+static bool outline(const zs_node *node, zs_fill *fill, zs_diag *diag)
+{
+  const zs_numbers *points = &((const struct polygon *)node->parameters)->points;
+  return zs_outlined_ring(points->values, points->count / 2, node, "points", fill, diag);
+}
+
 const zs_kind zs_kind_polygon = {
   .name = "polygon",
   .family = ZS_FAMILY_SHAPE,
@@ -104,6 +111,7 @@ const zs_kind zs_kind_polygon = {
   .children = ZS_CHILDREN_NONE,
   .check = check,
   .emit = emit,
+  .outline = outline,
 };
 
 /* ---- regular-polygon ------------------------------------------------------- */
@@ -129,17 +137,30 @@ static const zs_attribute regular_attributes[] = {
             "distance of the corners from the origin"),
 };
 
-static zs_value regular_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+static void regular_corners(const struct regular_polygon *p, double corners[2 * MOST_SIDES])
 {
-  static const double origin[3] = {0, 0, 0};
-  const struct regular_polygon *p = node->parameters;
-  double corners[2 * MOST_SIDES];
   for (int i = 0; i < p->sides; i++) {
     const double angle = 2 * 3.14159265358979323846 * i / p->sides;
     corners[2 * i] = p->radius * cos(angle);
     corners[2 * i + 1] = p->radius * sin(angle);
   }
+}
+
+static zs_value regular_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  static const double origin[3] = {0, 0, 0};
+  const struct regular_polygon *p = node->parameters;
+  double corners[2 * MOST_SIDES];
+  regular_corners(p, corners);
   return distance(compiler, at, corners, (size_t)p->sides, origin);
+}
+
+static bool regular_outline(const zs_node *node, zs_fill *fill, zs_diag *diag)
+{
+  const struct regular_polygon *p = node->parameters;
+  double corners[2 * MOST_SIDES];
+  regular_corners(p, corners);
+  return zs_outlined_ring(corners, (size_t)p->sides, node, NULL, fill, diag);
 }
 
 const zs_kind zs_kind_regular_polygon = {
@@ -153,4 +174,5 @@ const zs_kind zs_kind_regular_polygon = {
   .parameters_size = sizeof(struct regular_polygon),
   .children = ZS_CHILDREN_NONE,
   .emit = regular_emit,
+  .outline = regular_outline,
 };

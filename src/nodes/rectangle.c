@@ -1,4 +1,5 @@
 #include "nodes/common.h"
+#include "nodes/outlined.h"
 
 #include <math.h>
 
@@ -82,6 +83,17 @@ static zs_value fused(zs_compiler *compiler, const zs_node *node, const zs_coord
   return zs_emit_primitive(compiler, ZS_PRIMITIVE_CUBOID, parameter, &moved);
 }
 
+static bool outline(const zs_node *node, zs_fill *fill, zs_diag *diag)
+{
+  double size[2], centre[3];
+  if (((const struct rectangle *)node->parameters)->round > 0)
+    return true;
+  resolve(node, size, centre);
+  const double x = size[0] / 2, y = size[1] / 2, cx = centre[0], cy = centre[1];
+  const double corners[8] = {cx - x, cy - y, cx + x, cy - y, cx + x, cy + y, cx - x, cy + y};
+  return zs_outlined_ring(corners, 4, node, NULL, fill, diag);
+}
+
 const zs_kind zs_kind_rectangle = {
   .name = "rectangle",
   .family = ZS_FAMILY_SHAPE,
@@ -99,4 +111,5 @@ const zs_kind zs_kind_rectangle = {
   .check = check,
   .emit = emit,
   .fused = fused,
+  .outline = outline,
 };

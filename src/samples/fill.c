@@ -34,7 +34,7 @@ static bool reserve(zs_fill *fill, size_t more)
   return true;
 }
 
-static bool add_edge(zs_fill *fill, const double a[2], const double b[2])
+bool zs_fill_add_edge(zs_fill *fill, const double a[2], const double b[2])
 {
   if (a[0] == b[0] && a[1] == b[1])
     return true;
@@ -50,7 +50,7 @@ bool zs_fill_add_rings(zs_fill *fill, const double *points, const size_t *ends, 
   size_t first = 0;
   for (size_t r = 0; r < rings; first = ends[r++])
     for (size_t i = first; i < ends[r]; i++)
-      if (!add_edge(fill, points + 2 * i, points + 2 * (i + 1 < ends[r] ? i + 1 : first)))
+      if (!zs_fill_add_edge(fill, points + 2 * i, points + 2 * (i + 1 < ends[r] ? i + 1 : first)))
         return false;
   return true;
 }
@@ -268,11 +268,11 @@ static bool apply_cuts(zs_fill *fill, const cutter *c)
     const zs_polygon_edge *e = &c->polygon->edges[i];
     const double *from = e->a;
     for (; next < c->count && c->cuts[next].edge == i; next++) {
-      if (!add_edge(fill, from, c->cuts[next].point))
+      if (!zs_fill_add_edge(fill, from, c->cuts[next].point))
         return false;
       from = c->cuts[next].point;
     }
-    if (!add_edge(fill, from, e->b))
+    if (!zs_fill_add_edge(fill, from, e->b))
       return false;
   }
   return true;
@@ -392,7 +392,7 @@ static bool keep_edge(zs_fill *fill, const zs_polygon *polygon, const bundle *e,
   const bool left = rising ? counted : uncounted, right = rising ? uncounted : counted;
   if (left == right)
     return true;
-  return left ? add_edge(fill, e->a, e->b) : add_edge(fill, e->b, e->a);
+  return left ? zs_fill_add_edge(fill, e->a, e->b) : zs_fill_add_edge(fill, e->b, e->a);
 }
 
 static bool classify(zs_fill *fill, bool even_odd)

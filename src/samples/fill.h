@@ -21,6 +21,9 @@ void zs_fill_clear(zs_fill *fill);
  * when memory is out. */
 bool zs_fill_add_rings(zs_fill *fill, const double *points, const size_t *ends, size_t rings);
 
+/* Add one edge, unless its ends are one point.  False when memory is out. */
+bool zs_fill_add_edge(zs_fill *fill, const double a[2], const double b[2]);
+
 /* Add the edges of another one. */
 bool zs_fill_add(zs_fill *fill, const zs_fill *other);
 

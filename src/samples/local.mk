@@ -5,6 +5,9 @@ zs_sources += \
   src/samples/arcs.h \
   src/samples/fill.c \
   src/samples/fill.h \
+  src/samples/minkowski.c \
+  src/samples/minkowski.h \
+  src/samples/minkowski_samples.c \
   src/samples/picture.c \
   src/samples/picture.h \
   src/samples/polygon.c \

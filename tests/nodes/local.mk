@@ -10,6 +10,7 @@ zs_tests += \
   tests/nodes/test_laws \
   tests/nodes/test_local_morph \
   tests/nodes/test_maps \
+  tests/nodes/test_minkowski_morph \
   tests/nodes/test_morph \
   tests/nodes/test_parts \
   tests/nodes/test_path \
@@ -59,6 +60,9 @@ tests_nodes_test_solids_SOURCES = \
 tests_nodes_test_maps_SOURCES = tests/nodes/test_maps.c tests/nodes/laws.h tests/nodes/build.h
 tests_nodes_test_skeletal_SOURCES = \
   tests/nodes/test_skeletal.c tests/nodes/laws.h tests/nodes/build.h
+tests_nodes_test_minkowski_morph_SOURCES = \
+  tests/nodes/test_minkowski_morph.c tests/nodes/laws.h tests/nodes/build.h \
+  tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
 tests_nodes_test_distance_morph_SOURCES = \
   tests/nodes/test_distance_morph.c tests/nodes/laws.h tests/nodes/build.h \
   tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

@@ -9,3 +9,5 @@ zs_tests += tests/samples/test_triangles
 tests_samples_test_triangles_SOURCES = tests/samples/test_triangles.c tests/random.h
 zs_tests += tests/samples/test_fill
 tests_samples_test_fill_SOURCES = tests/samples/test_fill.c tests/random.h
+zs_tests += tests/samples/test_minkowski
+tests_samples_test_minkowski_SOURCES = tests/samples/test_minkowski.c tests/random.h
