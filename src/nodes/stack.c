@@ -267,7 +267,8 @@ const zs_kind zs_kind_stack = {
   .family = ZS_FAMILY_INTERPOLATION,
   .summary = "slices in files, joined into one solid",
   .doc = "White is inside, as in `image`. The surface passes through the outlines of all slices, "
-         "smoothly unless the method is linear, and every pixel of a slice is on the side that it "
+         "smoothly unless the method is linear; where pixels have two values alone it does not follow "
+         "their stairs, but every pixel of a slice is on the side that it "
          "is in the file. f is sampled on layers about a pixel apart and interpolated by cubics; "
          "near the surface it is about the distance in the slices' planes. Slices may be empty, "
          "but not all of them. The solid is made once for all uses and all values of "

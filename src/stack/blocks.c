@@ -19,8 +19,7 @@ typedef struct maker {
   zs_blocks *blocks;
   const zs_block_constraint *constraints;
   size_t count;
-  size_t most; /* constraints of a block, where that can be had */
-  double overlap;
+  const zs_block_rules *rules;
 } maker;
 
 /* ---- Division ----------------------------------------------------------------------- */
@@ -63,14 +62,14 @@ static bool divide(maker *m, const double lo[2], const double hi[2], int halving
 {
   double from[2], to[2];
   for (int k = 0; k < 2; k++) {
-    const double overlap = fmax(m->overlap, OVERLAP * (hi[k] - lo[k]));
+    const double overlap = fmax(m->rules->overlap, OVERLAP * (hi[k] - lo[k]));
     from[k] = lo[k] - overlap;
     to[k] = hi[k] + overlap;
   }
   const int axis = hi[1] - lo[1] > hi[0] - lo[0];
   const size_t count = count_in(m, from, to, NULL);
-  const bool small = hi[axis] - lo[axis] < m->overlap;
-  if (count <= m->most || small || halvings == MOST_HALVINGS)
+  const bool small = hi[axis] - lo[axis] < m->rules->overlap;
+  if (count <= m->rules->most || small || halvings == MOST_HALVINGS)
     return add_block(m, from, to);
   double left[2] = {hi[0], hi[1]}, right[2] = {lo[0], lo[1]};
   left[axis] = right[axis] = (lo[axis] + hi[axis]) / 2;
@@ -96,6 +95,21 @@ static bool keep_fit(zs_block *block, const zs_rbf *rbf)
   return true;
 }
 
+/* The side of the cube that fits take for a unit (rbf/fit.h). */
+static double longest_side(const double *positions, size_t count)
+{
+  double longest = 0;
+  for (int k = 0; k < 3; k++) {
+    double lo = INFINITY, hi = -INFINITY;
+    for (size_t i = 0; i < count; i++) {
+      lo = fmin(lo, positions[3 * i + (size_t)k]);
+      hi = fmax(hi, positions[3 * i + (size_t)k]);
+    }
+    longest = fmax(longest, hi - lo);
+  }
+  return longest > 0 ? longest : 1;
+}
+
 /* The fit of a block; none where its constraints allow none.  False when memory is out. */
 static bool fit(const maker *m, zs_block *block)
 {
@@ -111,6 +125,8 @@ static bool fit(const maker *m, zs_block *block)
     }
     const zs_rbf_problem problem = {.dimension = 3,
                                     .kernel = ZS_RBF_R3,
+                                    .smoothing = m->rules->smoothing /
+                                                 pow(longest_side(positions, count), 3),
                                     .count = count,
                                     .positions = positions,
                                     .values = values};
@@ -125,10 +141,10 @@ static bool fit(const maker *m, zs_block *block)
 }
 
 bool zs_blocks_make(zs_blocks *blocks, const zs_block_constraint *constraints, size_t count,
-                    size_t most, double overlap, unsigned threads)
+                    const zs_block_rules *rules)
 {
   *blocks = (zs_blocks){0};
-  maker m = {blocks, constraints, count, most, overlap};
+  maker m = {blocks, constraints, count, rules};
   double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
   for (size_t i = 0; i < count; i++)
     for (int k = 0; k < 2; k++) {
@@ -136,7 +152,7 @@ bool zs_blocks_make(zs_blocks *blocks, const zs_block_constraint *constraints, s
       hi[k] = fmax(hi[k], constraints[i].at[k]);
     }
   bool memory = count == 0 || divide(&m, lo, hi, 0);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) reduction(&& : memory)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(rules->threads) reduction(&& : memory)
   for (size_t i = 0; i < blocks->count; i++)
     memory = memory && fit(&m, &blocks->blocks[i]);
   if (!memory)

@@ -23,10 +23,18 @@ typedef struct zs_block_constraint {
   double at[3], value;
 } zs_block_constraint;
 
-/* Fits of blocks of up to about `most` constraints that overlap by `overlap` at the least.
- * False when memory is out. */
+/* How constraints are put into blocks, and met there. */
+typedef struct zs_block_rules {
+  size_t most;      /* constraints of a block, about */
+  double overlap;   /* of blocks, at the least */
+  double smoothing; /* a length to the third: 0 meets constraints; else the fit minimizes its
+                       energy and the squares of what it misses them by, so many times less */
+  unsigned threads;
+} zs_block_rules;
+
+/* Fits of blocks.  False when memory is out. */
 bool zs_blocks_make(zs_blocks *blocks, const zs_block_constraint *constraints, size_t count,
-                    size_t most, double overlap, unsigned threads);
+                    const zs_block_rules *rules);
 void zs_blocks_clear(zs_blocks *blocks);
 
 /* Places in a plane z: x = first[0] .. first[0] + size[0] - 1, and y alike; x fastest. */

@@ -46,6 +46,28 @@ static void blur(const float *from, float *to, size_t count, size_t lines, size_
     }
 }
 
+/* A pixel's brightness; around the picture it is black. */
+static float bright(const zs_picture *p, size_t x, size_t y)
+{
+  return x < p->width && y < p->height ? p->pixels[y * p->width + x] : 0;
+}
+
+/* Count pairs of neighbours that the outline passes between, and stairs among them. */
+static void count_stairs(zs_slices *s, const zs_picture *p)
+{
+  for (size_t y = 0; y < p->height; y++)
+    for (size_t x = 0; x < p->width; x++)
+      for (size_t down = 0; down < 2; down++) { /* numbers below 0 are outside too */
+        const size_t right = 1 - down;
+        const float a = bright(p, x, y), b = bright(p, x + right, y + down);
+        if ((a >= p->level) == (b >= p->level))
+          continue;
+        s->crossings++;
+        s->stairs += a == bright(p, x - right, y - down) &&
+                     b == bright(p, x + 2 * right, y + 2 * down);
+      }
+}
+
 /* Brightness above the level, smoothed; NULL when memory is out.  Margins are black. */
 static float *smoothed(const zs_slices *s, const zs_picture *picture)
 {
@@ -223,6 +245,7 @@ bool zs_slices_add(zs_slices *slices, const zs_picture *picture, double height)
     slice->distance = NULL;
     return true;
   }
+  count_stairs(slices, picture);
   float *smooth = result == ZS_PICTURE_DONE ? smoothed(slices, picture) : NULL;
   const bool memory = smooth && make_points(slices, slice, smooth);
   free(smooth);

@@ -24,6 +24,10 @@ typedef struct zs_slices {
   size_t width, height, margin; /* of distances, the margins of pictures included */
   size_t count, capacity;
   zs_stack_slice *slices;
+  /* Neighbouring pixels of which one is inside, and how many of these pairs are stairs: their
+   * brightness goes on as it is on both sides, so that it does not say where between them
+   * the outline lies. */
+  size_t crossings, stairs;
 } zs_slices;
 
 /* Append the slice of a picture, which is above those before and as large as they.  Points

@@ -46,7 +46,7 @@ static void test_constraints_are_met(void **unused)
   scatter(c, &state);
   for (size_t most = 200; most <= 800; most *= 2) {
     zs_blocks blocks;
-    assert_true(zs_blocks_make(&blocks, c, COUNT, most, 4, 2));
+    assert_true(zs_blocks_make(&blocks, c, COUNT, &(zs_block_rules){most, 4, 0, 2}));
     assert_true(blocks.count >= COUNT / most);
     for (int i = 0; i < COUNT; i += 7)
       assert_true(fabs(value_at(&blocks, c[i].at[0], c[i].at[1], c[i].at[2]) - c[i].value) < 1e-4);
@@ -56,6 +56,40 @@ static void test_constraints_are_met(void **unused)
       assert_true(fabs(value_at(&blocks, x, y, z) - smooth(x, y, z)) < 0.02);
     }
     zs_blocks_clear(&blocks);
+  }
+}
+
+/* Smoothing takes noise away, the more of it the greater it is, whatever the unit of length. */
+static void test_smoothing(void **unused)
+{
+  (void)unused;
+  static zs_block_constraint c[COUNT], far[COUNT];
+  static const double smoothings[] = {0, 10, 1000};
+  double before = INFINITY;
+  uint64_t state = 3;
+  scatter(c, &state);
+  for (int i = 0; i < COUNT; i++) {
+    c[i].value += random_between(&state, -0.3, 0.3);
+    far[i] = c[i];
+    for (int k = 0; k < 3; k++)
+      far[i].at[k] *= 100;
+  }
+  for (int s = 0; s < 3; s++) {
+    zs_blocks near_blocks, far_blocks;
+    assert_true(zs_blocks_make(&near_blocks, c, COUNT, &(zs_block_rules){400, 4, smoothings[s], 1}));
+    assert_true(zs_blocks_make(&far_blocks, far, COUNT,
+                               &(zs_block_rules){400, 400, smoothings[s] * 1e6, 1}));
+    double wrong = 0;
+    for (int i = 0; i < COUNT; i += 5) {
+      const double *p = c[i].at;
+      const double f = value_at(&near_blocks, p[0], p[1], p[2]);
+      assert_true(fabs(f - value_at(&far_blocks, 100 * p[0], 100 * p[1], 100 * p[2])) < 1e-3);
+      wrong += pow(f - smooth(p[0], p[1], p[2]), 2);
+    }
+    assert_true(wrong < 0.8 * before);
+    before = wrong;
+    zs_blocks_clear(&near_blocks);
+    zs_blocks_clear(&far_blocks);
   }
 }
 
@@ -69,7 +103,7 @@ static void test_rows(void **unused)
   uint64_t state = 2;
   zs_blocks blocks;
   scatter(c, &state);
-  assert_true(zs_blocks_make(&blocks, c, COUNT, 400, 4, 1));
+  assert_true(zs_blocks_make(&blocks, c, COUNT, &(zs_block_rules){400, 4, 0, 1}));
   for (int i = 0; i < SIDE * SIDE; i++) {
     wanted[i] = random_below(&state, 3) == 0;
     sums[i] = weights[i] = 0;
@@ -94,7 +128,7 @@ static void test_little(void **unused)
   double sum = 0, weight = 0;
   zs_blocks blocks;
   for (size_t count = 0; count <= 2; count++) { /* too few to say anything */
-    assert_true(zs_blocks_make(&blocks, c, count, 100, 4, 1));
+    assert_true(zs_blocks_make(&blocks, c, count, &(zs_block_rules){100, 4, 0, 1}));
     const zs_block_plane plane = {
       .size = {1, 1}, .wanted = &wanted, .sums = &sum, .weights = &weight};
     zs_blocks_add(&blocks, &plane);
@@ -107,6 +141,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_constraints_are_met),
+    cmocka_unit_test(test_smoothing),
     cmocka_unit_test(test_rows),
     cmocka_unit_test(test_little),
   };

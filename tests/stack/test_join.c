@@ -289,6 +289,37 @@ static void test_threads(void **unused)
   zs_slices_clear(&s);
 }
 
+/* A wall that leans: its outline climbs the stairs of pixels, one in seven. */
+static double leaning(double x, double y, double z)
+{
+  (void)z;
+  return (18.2 + (x - 18) / 7 - y) / hypot(1, 1.0 / 7);
+}
+
+/* Pixels of two values are stairs, and these do not show; soft ones are where they say. */
+static void test_stairs(void **unused)
+{
+  (void)unused;
+  static const double heights[] = {0, 8, 16, 24};
+  for (int soft = 0; soft < 2; soft++) {
+    zs_slices s = slices_of(leaning, heights, 4, soft);
+    assert_true(s.crossings > 4 * SIDE);
+    /* Two sides of the picture are black beside white even where it is soft. */
+    assert_true(soft ? s.stairs < s.crossings * 3 / 5 : s.stairs > s.crossings * 9 / 10);
+    if (soft) /* what is there in a picture that does not end */
+      s.stairs = 0;
+    zs_joined j = join(&s, ZS_JOIN_VARIATIONAL);
+    for (double z = 8; z <= 16; z += 4)
+      for (double x = 10; x < 26; x += 0.5) {
+        const double y = 18.2 + (x - 18) / 7; /* on the outline */
+        const double away = fabs(value_of(&j, &s, x, y, z));
+        assert_true(away < (soft ? 0.05 : 0.25)); /* stairs are half a pixel off */
+      }
+    zs_raster_free(j.raster);
+    zs_slices_clear(&s);
+  }
+}
+
 static bool stop(void *context, const char *stage, double fraction)
 {
   (void)context, (void)stage;
@@ -315,7 +346,7 @@ int main(void)
     cmocka_unit_test(test_is_smooth),    cmocka_unit_test(test_empty_slices),
     cmocka_unit_test(test_no_islands),   cmocka_unit_test(test_threads),
     cmocka_unit_test(test_cancel),       cmocka_unit_test(test_apart),
-    cmocka_unit_test(test_thin_walls),
+    cmocka_unit_test(test_thin_walls),   cmocka_unit_test(test_stairs),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
