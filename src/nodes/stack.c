@@ -12,10 +12,12 @@
 #include <string.h>
 
 enum { CLOSED, OPEN };
+enum { C0, C1 };
 static const char *const methods[] = {"auto", "linear", "extended", "variational", NULL};
 /* By the number of the choice. */
 static const zs_join_method join_methods[] = {ZS_JOIN_AUTO, ZS_JOIN_LINEAR, ZS_JOIN_EXTENDED,
                                               ZS_JOIN_VARIATIONAL};
+static const char *const continuities[] = {"c0", "c1", NULL};
 static const char *const caps[] = {"closed", "open", NULL};
 
 static const zs_attribute attributes[] = {
@@ -52,6 +54,8 @@ static const zs_attribute attributes[] = {
             "slices; `variational`: the surface of least bending through the outlines of every "
             "four slices; `auto`: variational, but extended where thin parts move by more than "
             "their thickness, between slices without a common pixel, and of two slices alone"),
+  ZS_SELECT(struct stack, continuity, "continuity", "c0", continuities,
+            "`c1`: no creases at slices, which only `linear` has: its straight lines become cubics"),
   ZS_SELECT(struct stack, caps, "caps", "closed", caps,
             "`closed`: the solid ends at the first and the last slice; `open`: it goes on as they "
             "are"),
@@ -149,13 +153,19 @@ static void unref(void *data)
 
 static const zs_cache_type type = {ref, unref};
 
+static zs_join_method method_of(const struct stack *p)
+{
+  const zs_join_method method = join_methods[p->method];
+  return method == ZS_JOIN_LINEAR && p->continuity == C1 ? ZS_JOIN_CUBIC : method;
+}
+
 /* What the solid depends on: the attributes, and which state of the files it is. */
 static bool key_of(const zs_node *node, uint64_t key[2])
 {
   const struct stack *p = node->parameters;
   const double numbers[] = {p->spacing, isnan(p->pixel) ? -1 : p->pixel,
                             isnan(p->level) ? -1 : p->level, isnan(p->level),
-                            p->origin[0], p->origin[1], p->origin[2], p->every, p->method, p->y,
+                            p->origin[0], p->origin[1], p->origin[2], p->every, method_of(p), p->y,
                             (double)p->label.count, zs_node_has(node, "pixel")};
   zs_key_begin(key, "stack");
   zs_key_add(key, numbers, sizeof numbers);
@@ -195,7 +205,7 @@ static bool join(shared *to, const zs_node *node, const zs_stack_read *read,
   const struct stack *p = node->parameters;
   const zs_slices *s = &read->slices;
   zs_joined joined;
-  const zs_join_result result = zs_slices_join(&joined, s, join_methods[p->method], control);
+  const zs_join_result result = zs_slices_join(&joined, s, method_of(p), control);
   if (result == ZS_JOIN_CANCELLED)
     return zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");
   if (result == ZS_JOIN_MEMORY)

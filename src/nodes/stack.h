@@ -9,7 +9,7 @@ struct stack {
   zs_files src;
   double spacing, pixel, level, origin[3]; /* NaN: level not given, pixel as in the file */
   zs_numbers levels, label;                /* label: none when not given */
-  int every, method, caps, y;
+  int every, method, continuity, caps, y;
 };
 
 /* What is read of a stack: slices, and the map (3 x 4) from the scene to columns and rows of

@@ -128,14 +128,20 @@ static void fill(const zs_joiner *j, bool distances)
         *zs_raster_sample(r, x, y, z) = distances ? j->fields[z][y * r->count[0] + x] : 0;
 }
 
+/* Whether the slices' distances alone are joined: nothing has to be sampled between them. */
+static bool is_plain(zs_join_method method)
+{
+  return method == ZS_JOIN_LINEAR || method == ZS_JOIN_CUBIC;
+}
+
 /* All layers, but for what is to be mended. */
 static zs_join_result write_layers(zs_joiner *j, zs_join_method method)
 {
   const bool two = j->slices->count == 2;
   const bool extended = method == ZS_JOIN_EXTENDED || (method == ZS_JOIN_AUTO && two);
   j->raster->linear = method == ZS_JOIN_LINEAR;
-  fill(j, method == ZS_JOIN_LINEAR);
-  if (method == ZS_JOIN_LINEAR)
+  fill(j, is_plain(method));
+  if (is_plain(method))
     return ZS_JOIN_DONE;
   if (method != ZS_JOIN_VARIATIONAL && !zs_join_find_motions(j, two))
     return ZS_JOIN_MEMORY;
@@ -165,9 +171,9 @@ zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_joi
   zs_join_result result = ZS_JOIN_MEMORY;
   find_box(&j, count);
   if (crop_fields(&j, count) &&
-      lay_out(&j, count, method == ZS_JOIN_LINEAR ? INFINITY : choose_step(slices, count)))
+      lay_out(&j, count, is_plain(method) ? INFINITY : choose_step(slices, count)))
     result = write_layers(&j, method);
-  if (result == ZS_JOIN_DONE && method != ZS_JOIN_LINEAR) {
+  if (result == ZS_JOIN_DONE && !is_plain(method)) {
     zs_join_mend_levels(&j);
     result = zs_join_drop_islands(&j) ? ZS_JOIN_DONE : ZS_JOIN_MEMORY;
   }

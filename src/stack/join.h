@@ -10,6 +10,7 @@ typedef enum zs_join_method {
   ZS_JOIN_AUTO,       /* variational, but extended where that thins the solid out less, and
                          between two slices alone */
   ZS_JOIN_LINEAR,     /* straight from distance to distance */
+  ZS_JOIN_CUBIC,      /* from distance to distance by cubics with common slopes */
   ZS_JOIN_EXTENDED,   /* distances that move with the shapes (motion.h) */
   ZS_JOIN_VARIATIONAL /* the function of least bending through the outlines of four slices */
 } zs_join_method;

@@ -85,8 +85,9 @@ static void test_series(void **unused)
 {
   (void)unused;
   write_series();
-  static const char *const methods[] = {"auto", "linear", "variational"};
-  for (int m = 0; m < 3; m++) {
+  static const char *const methods[] = {"auto", "linear", "variational",
+                                        "linear' continuity='c1", "auto' continuity='c1"};
+  for (int m = 0; m < 5; m++) {
     char text[300];
     snprintf(text, sizeof text,
              DOMAIN "<stack src='run*.pgm' spacing='3' pixel='0.5' origin='1 2 10' caps='open' "
