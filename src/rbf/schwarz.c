@@ -12,7 +12,8 @@ enum {
   AROUND = 224,        /* points around it */
   LAST = 8192,         /* most points of the last level */
   COARSENING = 25,     /* on each level there is one point for so many at least, ... */
-  LEAST = 500,         /* ... and so many */
+  LEAST = 500,         /* ... and so many; */
+  REMOTE = 2,          /* and for so many of those another one, far from them */
   LEVELS = 6,
   BATCH = 256          /* leaves between two looks for cancellation */
 };
@@ -47,6 +48,12 @@ static size_t coarsening(size_t count)
 {
   const size_t most = count / LEAST + 1;
   return most < COARSENING ? most : COARSENING;
+}
+
+/* Points of the next level when there are so many clusters: one for each, and others. */
+static size_t room_for(size_t clusters)
+{
+  return clusters + clusters / REMOTE;
 }
 
 /* ---- Leaves ----------------------------------------------------------------------- */
@@ -449,23 +456,90 @@ static zs_rbf_result make_leaves(level *l, poll *p)
   return result;
 }
 
+/* A point that may be on the next level too, and how far it is from those that are. */
+typedef struct candidate {
+  double square;
+  uint32_t point;
+} candidate;
+
+static int by_remoteness(const void *a, const void *b)
+{
+  const candidate *p = a, *q = b;
+  if (p->square != q->square)
+    return p->square > q->square ? -1 : 1;
+  return (p->point > q->point) - (p->point < q->point);
+}
+
+/* List the other points of a cluster, each the farthest from those before it and from the
+ * chosen one. */
+static void list_candidates(const zs_rbf_clusters *all, const zs_rbf_cluster *cluster,
+                            uint32_t chosen, candidate *list)
+{
+  const unsigned dimension = all->dimension;
+  size_t count = 0;
+  for (size_t i = cluster->first; i < cluster->first + cluster->count; i++)
+    if (i != chosen)
+      list[count++] = (candidate){INFINITY, (uint32_t)i};
+  for (size_t next = 0; next < count; next++) {
+    const double *from = all->points + (size_t)(next ? list[next - 1].point : chosen) * dimension;
+    size_t farthest = next;
+    for (size_t i = next; i < count; i++) {
+      double square = 0;
+      for (unsigned k = 0; k < dimension; k++) {
+        const double d = all->points[(size_t)list[i].point * dimension + k] - from[k];
+        square += d * d;
+      }
+      list[i].square = fmin(list[i].square, square);
+      if (list[i].square > list[farthest].square)
+        farthest = i;
+    }
+    const candidate kept = list[next];
+    list[next] = list[farthest];
+    list[farthest] = kept;
+  }
+}
+
+/* Choose points of the next level: one of each cluster, and those that are farthest from
+ * them, as many as there is room for.  Where points are sparse beside others that are dense,
+ * a cluster's one point does not stand for all of it.  Returns how many, 0 when memory is
+ * out. */
+static size_t choose_points(const zs_rbf_clusters *clusters, size_t most, size_t room,
+                            uint32_t *chosen)
+{
+  const size_t count = zs_rbf_clusters_cut(clusters, most, NULL);
+  const zs_rbf_cluster **list = malloc(count * sizeof *list);
+  candidate *candidates = malloc((clusters->count + 1) * sizeof *candidates);
+  size_t chosen_count = 0, candidate_count = 0;
+  if (list && candidates) {
+    zs_rbf_clusters_cut(clusters, most, list);
+    for (size_t i = 0; i < count; i++) {
+      chosen[chosen_count++] = middle_point(clusters, list[i]);
+      list_candidates(clusters, list[i], chosen[i], candidates + candidate_count);
+      candidate_count += list[i]->count - 1;
+    }
+    qsort(candidates, candidate_count, sizeof *candidates, by_remoteness);
+    for (size_t i = 0; i < candidate_count && chosen_count < room; i++)
+      chosen[chosen_count++] = candidates[i].point;
+  }
+  free(list);
+  free(candidates);
+  return chosen_count;
+}
+
 /* The points of the next level, and their places in this one. */
 static zs_rbf_result make_next(level *l, level *next)
 {
   const unsigned dimension = l->system.dimension;
   const size_t most = coarsening(l->system.count);
-  const size_t count = zs_rbf_clusters_cut(l->clusters, most, NULL);
-  const zs_rbf_cluster **list = malloc(count * sizeof *list);
-  uint32_t *chosen = malloc(count * sizeof *chosen);
-  double *points = malloc(count * dimension * sizeof *points);
-  l->next = malloc(count * sizeof *l->next);
-  if (list && chosen && points && l->next) {
-    zs_rbf_clusters_cut(l->clusters, most, list);
-    for (size_t i = 0; i < count; i++) {
-      chosen[i] = middle_point(l->clusters, list[i]);
+  const size_t room = room_for(zs_rbf_clusters_cut(l->clusters, most, NULL));
+  uint32_t *chosen = malloc(room * sizeof *chosen);
+  double *points = malloc(room * dimension * sizeof *points);
+  const size_t count = chosen ? choose_points(l->clusters, most, room, chosen) : 0;
+  l->next = malloc(room * sizeof *l->next);
+  if (count && points && l->next) {
+    for (size_t i = 0; i < count; i++)
       memcpy(points + i * dimension, l->system.points + (size_t)chosen[i] * dimension,
              dimension * sizeof *points);
-    }
     next->own = zs_rbf_clusters_new(points, count, dimension, ZS_SCHWARZ_CLUSTER);
     next->clusters = next->own;
   }
@@ -476,7 +550,6 @@ static zs_rbf_result make_next(level *l, level *next)
     for (size_t i = 0; i < count; i++)
       l->next[i] = chosen[next->own->order[i]];
   }
-  free(list);
   free(chosen);
   free(points);
   return next->own ? ZS_RBF_DONE : ZS_RBF_MEMORY;
@@ -636,7 +709,7 @@ double zs_schwarz_bytes(const zs_rbf_system *system)
              n * sizeof(double) * (2 * system->terms + system->dimension + 5) +
              n / ZS_SCHWARZ_CLUSTER * 4 * sizeof(zs_rbf_cluster);
     /* Clusters are halves of halves: their number is a power of two. */
-    n = exp2(ceil(log2(n / (double)coarsening((size_t)n))));
+    n = (double)room_for((size_t)exp2(ceil(log2(n / (double)coarsening((size_t)n)))));
   } while (n > LAST);
   return bytes + zs_dense_bytes((size_t)n, system->terms);
 }

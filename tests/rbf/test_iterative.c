@@ -235,6 +235,32 @@ static void hostile_sets_are_fitted(void **state)
     }
 }
 
+/* Dense on one small sphere, and few points far from it and from each other: each of those is
+ * as important for what is smooth as all of the sphere. */
+static void few_points_far_away_are_fitted(void **state)
+{
+  (void)state;
+  enum { DENSE = 2800, FAR = 100 };
+  cloud *c = random_cloud(3, ZS_RBF_R3, DENSE + FAR, 5);
+  uint64_t seed = 77;
+  for (size_t i = 0; i < DENSE + FAR; i++) {
+    double *p = c->positions + 3 * i, length = 0;
+    for (size_t k = 0; k < 3; k++)
+      p[k] = random_between(&seed, -1, 1);
+    for (size_t k = 0; k < 3; k++)
+      length = hypot(length, p[k]);
+    if (i < DENSE)
+      for (size_t k = 0; k < 3; k++)
+        p[k] *= (i % 2 ? 0.02 : 0.0202) / length;
+    c->values[i] = 0.02 - (i < DENSE ? (i % 2 ? 0.02 : 0.0202) : length);
+  }
+  zs_rbf *rbf = fitted(c);
+  assert_string_equal(rbf->method, "iterative");
+  assert_true(rbf->residual < 1e-6 * 1.8);
+  zs_rbf_free(rbf);
+  free(c);
+}
+
 /* ---- Limits ----------------------------------------------------------------------------- */
 
 typedef struct seen {
@@ -349,6 +375,7 @@ int main(void)
     cmocka_unit_test(order_does_not_matter),
     cmocka_unit_test(follows_similarities),
     cmocka_unit_test(hostile_sets_are_fitted),
+    cmocka_unit_test(few_points_far_away_are_fitted),
     cmocka_unit_test(a_miss_is_reported),
     cmocka_unit_test(memory_is_limited),
     cmocka_unit_test(can_be_cancelled_anywhere),
