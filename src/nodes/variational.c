@@ -309,11 +309,12 @@ const zs_kind zs_kind_variational = {
          "f its value at every point and bend it least. Points of the parts lie on the surface "
          "unless they have a value; those with normals also get constraints beside the surface. "
          "Either normals or values inside are needed. f is about the distance near the surface; "
-         "far from the points it is not, and may be positive again. With `shape` parts the "
-         "points also lie in dimensions beyond space, where `slice` says at which place f is: at a "
-         "shape's `at` it is that shape, and between them what bends least. Two shapes 0 and 1 "
-         "make a metamorphosis, `slice=\"{t}\"`; a third one beside their line draws it towards "
-         "itself.",
+         "far from the points it is not. Where points with normals enclose a solid, f is held to "
+         "the side of places inside it and around it that they tell, also where there are no "
+         "points. With `shape` parts the points also lie in dimensions beyond space, where `slice` "
+         "says at which place f is: at a shape's `at` it is that shape, and between them what "
+         "bends least. Two shapes 0 and 1 make a metamorphosis, `slice=\"{t}\"`; a third one "
+         "beside their line draws it towards itself.",
   .source = "Turk, O'Brien, \"Shape transformation using variational implicit functions\" (1999)",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),

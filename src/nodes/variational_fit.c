@@ -6,6 +6,7 @@
 #include "field/program.h"
 #include "rbf/greedy.h"
 #include "rbf/normals.h"
+#include "rbf/witnesses.h"
 #include "scene/tree.h"
 
 #include <math.h>
@@ -150,26 +151,41 @@ typedef struct collection {
   double *positions, *values;
 } collection;
 
+static bool reserve(collection *all, const request *r, size_t total)
+{
+  const unsigned dimension = r->dimension + r->extra;
+  double *positions = realloc(all->positions, (total + 1) * dimension * sizeof *positions);
+  all->positions = positions ? positions : all->positions;
+  double *values = realloc(all->values, (total + 1) * sizeof *values);
+  all->values = values ? values : all->values;
+  return positions && values;
+}
+
 static bool extend(collection *all, const request *r, const zs_rbf_constraints *c,
                    const double *at)
 {
   const unsigned dimension = r->dimension + r->extra;
-  const size_t total = all->count + c->count;
-  double *positions = realloc(all->positions, total * dimension * sizeof *positions);
-  all->positions = positions ? positions : all->positions;
-  double *values = realloc(all->values, total * sizeof *values);
-  all->values = values ? values : all->values;
-  if (!positions || !values)
+  if (!reserve(all, r, all->count + c->count))
     return false;
   for (size_t i = 0; i < c->count; i++) {
-    double *to = positions + (all->count + i) * dimension;
+    double *to = all->positions + (all->count + i) * dimension;
     memcpy(to, c->positions + i * r->dimension, r->dimension * sizeof *to);
     for (unsigned k = 0; k < r->extra; k++)
       to[r->dimension + k] = r->separation * at[k];
   }
-  memcpy(values + all->count, c->values, c->count * sizeof *values);
-  all->count = total;
+  memcpy(all->values + all->count, c->values, c->count * sizeof *all->values);
+  all->count += c->count;
   return true;
+}
+
+static bool add_group(collection *all, const request *r, size_t g, zs_rbf_constraints *c,
+                      zs_diag *diag)
+{
+  if (r->warp->dimension)
+    zs_variational_warp_apply(r->warp, (int)g, c->positions, c->count);
+  const bool memory = extend(all, r, c, r->groups[g].at);
+  zs_rbf_constraints_clear(c);
+  return memory || zs_fail_memory(diag);
 }
 
 static bool collect(collection *all, const request *r, const zs_control *control, zs_diag *diag)
@@ -182,14 +198,23 @@ static bool collect(collection *all, const request *r, const zs_control *control
     const zs_place *place = &one->node->place;
     zs_rbf_constraints c;
     if (!zs_rbf_normals_estimate(&one->samples, r->dimension, control, place, diag) ||
-        !zs_rbf_constraints_build(&c, &one->samples, &rules, control, place, diag))
+        !zs_rbf_constraints_build(&c, &one->samples, &rules, control, place, diag) ||
+        !add_group(all, r, g, &c, diag))
       return false;
-    if (r->warp->dimension)
-      zs_variational_warp_apply(r->warp, (int)g, c.positions, c.count);
-    const bool memory = extend(all, r, &c, one->at);
-    zs_rbf_constraints_clear(&c);
-    if (!memory)
+  }
+  return true;
+}
+
+/* Places whose side of the surface is known from its samples. */
+static bool collect_witnesses(collection *all, const request *r, const zs_control *control,
+                              zs_diag *diag)
+{
+  for (size_t g = 0; g < r->count; g++) {
+    zs_rbf_constraints c;
+    if (!zs_rbf_witnesses_make(&c, &r->groups[g].samples, r->dimension, control))
       return zs_fail_memory(diag);
+    if (!add_group(all, r, g, &c, diag))
+      return false;
   }
   return true;
 }
@@ -205,29 +230,78 @@ static double size_of(const request *r)
 
 /* ---- Fits ------------------------------------------------------------------------------ */
 
-static zs_rbf *solve(const request *r, const zs_control *control, zs_diag *diag)
+static zs_rbf *fit_all(const request *r, const collection *all, const zs_control *control,
+                       zs_diag *diag)
 {
   const struct variational *p = r->settings;
-  collection all = {0};
+  const zs_rbf_problem problem = {.dimension = r->dimension + r->extra,
+                                  .kernel = kernel_of(r),
+                                  .sigma = sigma_of(r),
+                                  .degree = (unsigned)p->degree,
+                                  .smoothing = p->smoothing,
+                                  .count = all->count,
+                                  .positions = all->positions,
+                                  .values = all->values};
+  const bool strict = !isnan(p->tolerance);
+  return p->budget || strict
+           ? zs_rbf_fit_greedily(&problem, p->budget ? (size_t)p->budget : all->count,
+                                 number_or(p->tolerance, 0), strict, control, &r->node->place,
+                                 diag)
+           : zs_rbf_fit(&problem, control, &r->node->place, diag);
+}
+
+/* Add the witnesses that a fit is against to the constraints; `more` tells whether there
+ * were any.  False when memory is out. */
+static bool hear(collection *all, const request *r, const collection *witnesses,
+                 const zs_rbf *rbf, const zs_control *control, bool *more)
+{
+  const unsigned dimension = rbf->dimension;
+  bool *against = malloc(witnesses->count + 1);
+  const size_t count = against ? zs_rbf_witnesses_against(rbf, witnesses->positions,
+                                                          witnesses->values, witnesses->count,
+                                                          control, against)
+                               : SIZE_MAX;
+  bool memory = count != SIZE_MAX && reserve(all, r, all->count + count);
+  for (size_t i = 0; memory && i < witnesses->count; i++)
+    if (against[i]) {
+      memcpy(all->positions + all->count * dimension, witnesses->positions + i * dimension,
+             dimension * sizeof *all->positions);
+      all->values[all->count++] = witnesses->values[i];
+    }
+  free(against);
+  *more = count > 0;
+  return memory;
+}
+
+/* Fit the samples, and again with what they say about places where the fit went astray.
+ * Gaussians are too narrow to be told anything far from where they are. */
+static zs_rbf *solve(const request *r, const zs_control *control, zs_diag *diag)
+{
+  enum { ROUNDS = 4 };
+  collection all = {0}, witnesses = {0};
   zs_rbf *rbf = NULL;
-  if (collect(&all, r, control, diag)) {
-    const zs_rbf_problem problem = {.dimension = r->dimension + r->extra,
-                                    .kernel = kernel_of(r),
-                                    .sigma = sigma_of(r),
-                                    .degree = (unsigned)p->degree,
-                                    .smoothing = p->smoothing,
-                                    .count = all.count,
-                                    .positions = all.positions,
-                                    .values = all.values};
-    const bool strict = !isnan(p->tolerance);
-    rbf = p->budget || strict
-            ? zs_rbf_fit_greedily(&problem, p->budget ? (size_t)p->budget : all.count,
-                                  number_or(p->tolerance, 0), strict, control, &r->node->place,
-                                  diag)
-            : zs_rbf_fit(&problem, control, &r->node->place, diag);
+  double seconds = 0;
+  bool more = collect(&all, r, control, diag) &&
+              (kernel_of(r) == ZS_RBF_GAUSSIAN || collect_witnesses(&witnesses, r, control, diag));
+  for (int round = 0; more; round++) {
+    zs_rbf_free(rbf);
+    rbf = fit_all(r, &all, control, diag);
+    if (!rbf)
+      break;
+    rbf->seconds = seconds += rbf->seconds;
+    if (round == ROUNDS)
+      break;
+    if (!hear(&all, r, &witnesses, rbf, control, &more)) {
+      zs_fail_memory(diag);
+      zs_rbf_free(rbf);
+      rbf = NULL;
+      break;
+    }
   }
   free(all.positions);
   free(all.values);
+  free(witnesses.positions);
+  free(witnesses.values);
   return rbf;
 }
 

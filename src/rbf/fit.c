@@ -2,6 +2,7 @@
 
 #include "field/program.h"
 #include "rbf/distinct.h"
+#include "rbf/product.h"
 #include "rbf/schwarz.h"
 #include "rbf/solve.h"
 #include "rbf/width.h"
@@ -66,6 +67,35 @@ double zs_rbf_value(const zs_rbf *rbf, const double *point)
   for (unsigned k = 0; k < rbf->terms; k++)
     f += rbf->polynomial[k] * terms[k];
   return f;
+}
+
+bool zs_rbf_values(const zs_rbf *rbf, const double *points, size_t count, double *values,
+                   unsigned threads)
+{
+  const unsigned dimension = rbf->dimension, degree = rbf->terms > dimension + 1 ? 2 : 1;
+  double *u = malloc((count * dimension + 1) * sizeof *u), terms[ZS_RBF_MAXIMUM_TERMS];
+  if (!u)
+    return false;
+  for (size_t i = 0; i < count; i++) {
+    double *at = u + i * dimension;
+    for (unsigned k = 0; k < dimension; k++)
+      at[k] = (points[i * dimension + k] - rbf->centre[k]) / rbf->size;
+    zs_rbf_monomials(dimension, degree, at, terms);
+    values[i] = 0;
+    for (unsigned k = 0; k < rbf->terms; k++)
+      values[i] += rbf->polynomial[k] * terms[k];
+  }
+  zs_rbf_multiply(&(zs_rbf_product){.radial = rbf->radial,
+                                    .dimension = dimension,
+                                    .target_count = count,
+                                    .source_count = rbf->count,
+                                    .targets = u,
+                                    .sources = rbf->centres,
+                                    .weights = rbf->weights,
+                                    .sums = values},
+                  threads);
+  free(u);
+  return true;
 }
 
 /* ---- Reports ----------------------------------------------------------------------- */

@@ -61,6 +61,11 @@ void zs_rbf_free(zs_rbf *rbf);
 /* f at one point, `dimension` coordinates. */
 double zs_rbf_value(const zs_rbf *rbf, const double *point);
 
+/* f at `count` points by `threads` threads: all centres are added up for each.  False when
+ * memory is out. */
+bool zs_rbf_values(const zs_rbf *rbf, const double *points, size_t count, double *values,
+                   unsigned threads);
+
 /* The monomials up to `degree` (0 .. 2) at u: 1, the coordinates, then the
  * products u_i u_j with i <= j in lexicographic order.  Returns how many. */
 unsigned zs_rbf_monomials(unsigned dimension, unsigned degree, const double *u, double *terms);

@@ -2,7 +2,6 @@
 
 #include "field/program.h"
 #include "rbf/clusters.h"
-#include "rbf/product.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -90,42 +89,17 @@ static zs_rbf *fit_chosen(const selection *s, const zs_control *control, const z
   return zs_rbf_fit(&part, control, place, diag);
 }
 
-/* What a fit makes of all constraints. */
+/* How far a fit misses all constraints. */
 static bool measure(selection *s, const zs_rbf *rbf, const zs_control *control)
 {
-  const unsigned dimension = rbf->dimension;
   const size_t n = s->problem->count;
-  double *points = malloc(n * dimension * sizeof *points), terms[ZS_RBF_MAXIMUM_TERMS];
-  double *sums = calloc(n, sizeof *sums);
-  if (!points || !sums) {
-    free(points);
-    free(sums);
+  if (!zs_rbf_values(rbf, s->clusters->points, n, s->misses, zs_control_threads(control)))
     return false;
-  }
-  for (size_t i = 0; i < n; i++)
-    for (unsigned k = 0; k < dimension; k++)
-      points[i * dimension + k] =
-        (s->clusters->points[i * dimension + k] - rbf->centre[k]) / rbf->size;
-  const zs_rbf_product product = {.radial = rbf->radial,
-                                  .dimension = dimension,
-                                  .target_count = n,
-                                  .source_count = rbf->count,
-                                  .targets = points,
-                                  .sources = rbf->centres,
-                                  .weights = rbf->weights,
-                                  .sums = sums};
-  zs_rbf_multiply(&product, zs_control_threads(control));
-  const unsigned degree = rbf->terms > dimension + 1 ? 2 : 1;
   s->worst = 0;
   for (size_t i = 0; i < n; i++) {
-    zs_rbf_monomials(dimension, degree, points + i * dimension, terms);
-    for (unsigned k = 0; k < rbf->terms; k++)
-      sums[i] += rbf->polynomial[k] * terms[k];
-    s->misses[i] = fabs(sums[i] - s->values[i]);
+    s->misses[i] = fabs(s->misses[i] - s->values[i]);
     s->worst = fmax(s->worst, s->misses[i]);
   }
-  free(points);
-  free(sums);
   return true;
 }
 

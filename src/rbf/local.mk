@@ -33,6 +33,8 @@ zs_sources += \
   src/rbf/kernel.h \
   src/rbf/local.c \
   src/rbf/local.h \
+  src/rbf/nearest.c \
+  src/rbf/nearest.h \
   src/rbf/nodes.c \
   src/rbf/nodes.h \
   src/rbf/normals.c \
@@ -60,7 +62,9 @@ zs_sources += \
   src/rbf/tree.h \
   src/rbf/vector.h \
   src/rbf/width.c \
-  src/rbf/width.h
+  src/rbf/width.h \
+  src/rbf/witnesses.c \
+  src/rbf/witnesses.h
 
 zs_kernel_sources += \
   src/rbf/cells.kernel.c \

@@ -1,7 +1,7 @@
 #include "rbf/normals.h"
 
 #include "field/program.h"
-#include "rbf/clusters.h"
+#include "rbf/nearest.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 
 /* Neighbours that make a plane in space, or a line in the plane; and by how many
  * fewer are tried. */
-enum { IN_SPACE = 12, IN_PLANE = 4, MOST = IN_SPACE, FEWER = 3 };
+enum { IN_SPACE = 12, IN_PLANE = 4, MOST = ZS_NEAREST_MOST, FEWER = 3 };
 /* Neighbours whose spread across a line is below this part of that along it,
  * squared, lie on the line. */
 static const double LINE = 1e-12;
@@ -30,58 +30,6 @@ typedef struct cloud {
 static double dot(const double a[3], const double b[3])
 {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* ---- Neighbours ---------------------------------------------------------------- */
-
-/* The nearest points so far, nearest first. */
-typedef struct nearest {
-  const double *from;
-  uint32_t self;
-  unsigned count, most;
-  double square[MOST];
-  uint32_t point[MOST];
-} nearest;
-
-static void consider(nearest *n, const double *position, uint32_t point)
-{
-  double square = 0;
-  for (int k = 0; k < 3; k++)
-    square += (position[k] - n->from[k]) * (position[k] - n->from[k]);
-  if (point == n->self || (n->count == n->most && square >= n->square[n->count - 1]))
-    return;
-  unsigned i = n->count < n->most ? n->count++ : n->count - 1;
-  for (; i > 0 && n->square[i - 1] > square; i--) {
-    n->square[i] = n->square[i - 1];
-    n->point[i] = n->point[i - 1];
-  }
-  n->square[i] = square;
-  n->point[i] = point;
-}
-
-static double distance_to(const zs_rbf_cluster *cluster, const double *from)
-{
-  double square = 0;
-  for (int k = 0; k < 3; k++) {
-    const double gap = fmax(fmax(cluster->lo[k] - from[k], from[k] - cluster->hi[k]), 0);
-    square += gap * gap;
-  }
-  return square;
-}
-
-static void search(const zs_rbf_clusters *tree, const zs_rbf_cluster *cluster, nearest *n)
-{
-  if (n->count == n->most && distance_to(cluster, n->from) >= n->square[n->count - 1])
-    return;
-  if (cluster->children) {
-    const zs_rbf_cluster *a = &tree->clusters[cluster->children], *b = a + 1;
-    const bool swap = distance_to(b, n->from) < distance_to(a, n->from);
-    search(tree, swap ? b : a, n);
-    search(tree, swap ? a : b, n);
-    return;
-  }
-  for (size_t i = cluster->first; i < cluster->first + cluster->count; i++)
-    consider(n, tree->points + 3 * i, tree->order[i]);
 }
 
 /* ---- Planes -------------------------------------------------------------------- */
@@ -362,8 +310,8 @@ static void fit_planes(const cloud *c, const zs_control *control)
   (void)control; /* without OpenMP */
 #pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
   for (size_t i = 0; i < c->count; i++) {
-    nearest n = {.from = c->positions + 3 * i, .self = (uint32_t)i, .most = c->neighbours};
-    search(c->clusters, &c->clusters->clusters[0], &n);
+    zs_nearest n = {.from = c->positions + 3 * i, .except = (uint32_t)i, .most = c->neighbours};
+    zs_nearest_find(&n, c->clusters);
     memcpy(c->neighbour + i * c->neighbours, n.point, c->neighbours * sizeof *n.point);
     find_normal(c, i);
   }

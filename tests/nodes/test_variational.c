@@ -371,6 +371,46 @@ static void meshes_are_met_between_vertices(void **state)
   assert_true(nearer < 0.03);
 }
 
+/* Both sides of a thin square plate, turned about y. */
+static void write_plate(FILE *file, const double middle[3], double half, double thickness,
+                        double turn, int side)
+{
+  for (int i = 0; i < 2 * side * side; i++) {
+    const double sign = i % 2 ? -1 : 1, z = sign * thickness;
+    const double x = half * ((i / 2 % side + 0.5) * 2 / side - 1);
+    const double y = half * ((i / 2 / side + 0.5) * 2 / side - 1);
+    fprintf(file, "%.9g %.9g %.9g  %.9g 0 %.9g\n", middle[0] + x * cos(turn) - z * sin(turn),
+            middle[1] + y, middle[2] + x * sin(turn) + z * cos(turn), -sign * sin(turn),
+            sign * cos(turn));
+  }
+}
+
+/* What bends least between some plates is positive far from them, too, unless it is told. */
+static void no_surface_far_from_the_points(void **state)
+{
+  (void)state;
+  static const double middle[3][3] = {{0, 0, 0}, {2.4, 3.1, 4}, {6, 5, -3}};
+  FILE *file = create("plates.xyz");
+  write_plate(file, middle[0], 4.3, 0.3, 0.685, 14);
+  write_plate(file, middle[1], 1.48, 0.1, 2, 7);
+  write_plate(file, middle[2], 1.46, 0.1, 0.562, 5);
+  assert_int_equal(fclose(file), 0);
+  zs_field *field = compile("<variational><points src='plates.xyz'/></variational>");
+  zs_eval *eval = evaluator(field);
+  size_t inside = 0;
+  for (int i = 0; i < 24 * 24 * 24; i++) {
+    const double p[3] = {i % 24 - 9, i / 24 % 24 - 9, i / 24 / 24 - 9};
+    bool far = true;
+    for (int k = 0; k < 3; k++)
+      far = far && hypot(hypot(p[0] - middle[k][0], p[1] - middle[k][1]), p[2] - middle[k][2]) >
+                     (k ? 3.5 : 7);
+    inside += far && zs_eval_point(eval, p) >= 0;
+  }
+  assert_int_equal(inside, 0);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
 /* One of two triangles at a vertex is much larger, and the other looks the other way: the
  * vertex's normal is what both agree with most. */
 static void normals_face_all_triangles(void **state)
@@ -444,6 +484,7 @@ int main(void)
     cmocka_unit_test(fits_are_remembered),
     cmocka_unit_test(mistakes_are_explained),
     cmocka_unit_test(meshes_are_met_between_vertices),
+    cmocka_unit_test(no_surface_far_from_the_points),
     cmocka_unit_test(normals_face_all_triangles),
     cmocka_unit_test(inside_out_meshes_are_noticed),
     cmocka_unit_test(memory_limits_are_kept),

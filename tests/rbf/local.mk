@@ -11,7 +11,8 @@ zs_tests += \
   tests/rbf/test_normals \
   tests/rbf/test_rigid \
   tests/rbf/test_solvers \
-  tests/rbf/test_sum
+  tests/rbf/test_sum \
+  tests/rbf/test_witnesses
 tests_rbf_test_cells_SOURCES = tests/rbf/test_cells.c tests/random.h
 tests_rbf_test_constraints_SOURCES = tests/rbf/test_constraints.c tests/random.h
 tests_rbf_test_contour_SOURCES = tests/rbf/test_contour.c
@@ -24,3 +25,4 @@ tests_rbf_test_rigid_SOURCES = tests/rbf/test_rigid.c tests/random.h
 tests_rbf_test_solvers_SOURCES = tests/rbf/test_solvers.c tests/random.h
 tests_rbf_test_sum_SOURCES = tests/rbf/test_sum.c tests/random.h
 tests_rbf_test_flow_SOURCES = tests/rbf/test_flow.c tests/random.h
+tests_rbf_test_witnesses_SOURCES = tests/rbf/test_witnesses.c tests/random.h

@@ -1,0 +1,317 @@
+#include "rbf/witnesses.h"
+
+#include "field/program.h"
+#include "rbf/nearest.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Places along the longest side, and how far they go beyond the samples' box, by it. */
+enum { SPACE_LEAST = 8, SPACE_MOST = 20, PLANE_LEAST = 16, PLANE_MOST = 64 };
+static const double BEYOND = 0.25;
+/* A place is outside when the samples wind around it less than this, inside when more. */
+static const double OUTSIDE = 0.3, INSIDE = 0.7;
+/* Normals by their pieces add up to nothing over a closed surface; one that is open by more
+ * than this part of it has no inside. */
+static const double OPEN = 0.2;
+/* A place nearer than so many times the distance between samples is not told apart. */
+static const double CLEAR = 2;
+/* Clusters nearer than so many times their radius are not taken as one. */
+static const double FAR = 2;
+/* Marked witnesses are so many of their distances from the surface apart. */
+static const double APART = 0.5;
+enum { MARKED_AT_MOST = 128 };
+
+/* Oriented pieces of surface, and the clusters of them. */
+typedef struct pieces {
+  unsigned dimension;
+  size_t count;
+  double *positions, *vectors;   /* 3 each: normals as long as pieces are large */
+  double *across;                /* about the distance to neighbours */
+  zs_rbf_clusters *clusters;
+  double *middles, *sums, *radii; /* of clusters: 3, 3 and 1 each */
+} pieces;
+
+static void clear(pieces *p)
+{
+  free(p->positions);
+  free(p->vectors);
+  free(p->across);
+  zs_rbf_clusters_free(p->clusters);
+  free(p->middles);
+  free(p->sums);
+  free(p->radii);
+}
+
+/* The samples on the surface with normals. */
+static bool select_samples(pieces *p, const zs_rbf_samples *samples)
+{
+  p->positions = malloc((3 * samples->count + 1) * sizeof *p->positions);
+  p->vectors = malloc((3 * samples->count + 1) * sizeof *p->vectors);
+  p->across = malloc((samples->count + 1) * sizeof *p->across);
+  if (!p->positions || !p->vectors || !p->across)
+    return false;
+  for (size_t i = 0; i < samples->count; i++) {
+    const zs_rbf_sample *sample = &samples->samples[i];
+    const double *n = sample->normal, length = hypot(hypot(n[0], n[1]), n[2]);
+    if (sample->value != 0 || !(length > 0))
+      continue;
+    for (size_t k = 0; k < 3; k++) {
+      p->positions[3 * p->count + k] = sample->position[k];
+      p->vectors[3 * p->count + k] = n[k] / length;
+    }
+    p->count++;
+  }
+  return true;
+}
+
+/* How large the piece of a sample is: on even grids its neighbours are exactly so far. */
+static double size_of(const pieces *p, size_t i, double *across)
+{
+  zs_nearest near = {.from = p->positions + 3 * i,
+                     .except = (uint32_t)i,
+                     .most = p->dimension == 3 ? 8 : 2};
+  zs_nearest_find(&near, p->clusters);
+  double mean = 0;
+  if (p->dimension == 2) {
+    for (unsigned j = 0; j < near.count; j++)
+      mean += sqrt(near.square[j]) / near.count;
+    *across = mean;
+    return mean;
+  }
+  for (unsigned j = 0; j < near.count; j++)
+    mean += near.square[j] / near.count;
+  /* The eight nearest of a square grid are 1 or sqrt 2 away, 1.5 in the mean of squares. */
+  *across = sqrt(mean / 1.5);
+  return mean / 1.5;
+}
+
+static void measure(const pieces *p, const zs_control *control)
+{
+  (void)control; /* without OpenMP */
+#pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
+  for (size_t i = 0; i < p->count; i++) {
+    const double size = size_of(p, i, &p->across[i]);
+    for (size_t k = 0; k < 3; k++)
+      p->vectors[3 * i + k] *= size;
+  }
+}
+
+/* Sum up the pieces of every cluster. */
+static bool sum_clusters(pieces *p)
+{
+  const size_t count = p->clusters->cluster_count;
+  p->middles = calloc(3 * count, sizeof *p->middles);
+  p->sums = calloc(3 * count, sizeof *p->sums);
+  p->radii = calloc(count, sizeof *p->radii);
+  if (!p->middles || !p->sums || !p->radii)
+    return false;
+  for (size_t c = 0; c < count; c++) {
+    const zs_rbf_cluster *cluster = &p->clusters->clusters[c];
+    double square = 0;
+    for (size_t k = 0; k < 3; k++) {
+      p->middles[3 * c + k] = 0.5 * (cluster->lo[k] + cluster->hi[k]);
+      square += pow(0.5 * (cluster->hi[k] - cluster->lo[k]), 2);
+    }
+    p->radii[c] = sqrt(square);
+    for (size_t i = cluster->first; i < cluster->first + cluster->count; i++)
+      for (size_t k = 0; k < 3; k++)
+        p->sums[3 * c + k] += p->vectors[3 * (size_t)p->clusters->order[i] + k];
+  }
+  return true;
+}
+
+/* Whether the pieces close, but for a part; those of no size do not. */
+static bool is_closed(const pieces *p)
+{
+  double all = 0;
+  const double *sum = p->sums; /* of the first cluster, which is everything */
+  for (size_t i = 0; i < p->count; i++) {
+    const double *v = p->vectors + 3 * i;
+    all += hypot(hypot(v[0], v[1]), v[2]);
+  }
+  return hypot(hypot(sum[0], sum[1]), sum[2]) < OPEN * all;
+}
+
+/* How much a piece winds around a place: its solid angle by that of everything. */
+static double wind(unsigned dimension, const double from[3], const double at[3],
+                   const double vector[3])
+{
+  double along = 0, square = 0;
+  for (int k = 0; k < 3; k++) {
+    const double d = at[k] - from[k];
+    along += d * vector[k];
+    square += d * d;
+  }
+  const double turn = 2 * acos(-1.0);
+  return along / (dimension == 3 ? 2 * turn * square * sqrt(square) : turn * square);
+}
+
+static double winding(const pieces *p, size_t index, const double from[3])
+{
+  const zs_rbf_cluster *cluster = &p->clusters->clusters[index];
+  double square = 0, sum = 0;
+  for (size_t k = 0; k < 3; k++)
+    square += pow(p->middles[3 * index + k] - from[k], 2);
+  if (square > pow(FAR * p->radii[index], 2))
+    return wind(p->dimension, from, p->middles + 3 * index, p->sums + 3 * index);
+  if (cluster->children)
+    return winding(p, cluster->children, from) + winding(p, cluster->children + 1, from);
+  for (size_t i = cluster->first; i < cluster->first + cluster->count; i++) {
+    const size_t piece = p->clusters->order[i];
+    sum += wind(p->dimension, from, p->positions + 3 * piece, p->vectors + 3 * piece);
+  }
+  return sum;
+}
+
+/* The distance of a place, negative outside; 0: not clear. */
+static double judge(const pieces *p, const double place[3])
+{
+  zs_nearest nearest = {.from = place, .except = UINT32_MAX, .most = 1};
+  zs_nearest_find(&nearest, p->clusters);
+  const double distance = sqrt(nearest.square[0]);
+  if (!(distance > CLEAR * p->across[nearest.point[0]]))
+    return 0;
+  const double turns = winding(p, 0, place);
+  return turns < OUTSIDE ? -distance : turns > INSIDE ? distance : 0;
+}
+
+/* Even places in the box of the pieces and beyond. */
+typedef struct places {
+  double lo[3], step;
+  size_t count[3];
+} places;
+
+static void spread(places *g, const pieces *p)
+{
+  const zs_rbf_cluster *all = &p->clusters->clusters[0];
+  const bool space = p->dimension == 3;
+  double longest = 0;
+  for (unsigned k = 0; k < p->dimension; k++)
+    longest = fmax(longest, all->hi[k] - all->lo[k]);
+  const double n = space ? cbrt((double)p->count) : sqrt((double)p->count);
+  const double least = space ? SPACE_LEAST : PLANE_LEAST, most = space ? SPACE_MOST : PLANE_MOST;
+  g->step = (1 + 2 * BEYOND) * longest / fmin(fmax(n, least), most);
+  for (unsigned k = 0; k < 3; k++) {
+    const double side = all->hi[k] - all->lo[k] + 2 * BEYOND * longest;
+    const bool used = k < p->dimension;
+    g->count[k] = used ? (size_t)ceil(side / g->step) : 1;
+    g->lo[k] = used ? 0.5 * (all->lo[k] + all->hi[k] - g->step * (double)(g->count[k] - 1)) : 0;
+  }
+}
+
+static void place_of(const places *g, size_t i, double place[3])
+{
+  const size_t index[3] = {i % g->count[0], i / g->count[0] % g->count[1],
+                           i / g->count[0] / g->count[1]};
+  for (int k = 0; k < 3; k++)
+    place[k] = g->lo[k] + g->step * (double)index[k];
+}
+
+static bool judge_places(const pieces *p, zs_rbf_constraints *witnesses,
+                         const zs_control *control)
+{
+  places g;
+  spread(&g, p);
+  const size_t count = g.count[0] * g.count[1] * g.count[2];
+  double *judged = malloc(count * sizeof *judged);
+  witnesses->positions = malloc(count * p->dimension * sizeof *witnesses->positions);
+  witnesses->values = malloc(count * sizeof *witnesses->values);
+  bool memory = judged && witnesses->positions && witnesses->values;
+  (void)control; /* without OpenMP */
+#pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
+  for (size_t i = 0; i < (memory ? count : 0); i++) {
+    double place[3];
+    place_of(&g, i, place);
+    judged[i] = judge(p, place);
+  }
+  for (size_t i = 0; memory && i < count; i++) {
+    if (judged[i] == 0)
+      continue;
+    double place[3];
+    place_of(&g, i, place);
+    memcpy(witnesses->positions + p->dimension * witnesses->count, place,
+           p->dimension * sizeof *place);
+    witnesses->values[witnesses->count++] = judged[i];
+  }
+  free(judged);
+  return memory;
+}
+
+bool zs_rbf_witnesses_make(zs_rbf_constraints *witnesses, const zs_rbf_samples *samples,
+                           unsigned dimension, const zs_control *control)
+{
+  enum { SMALLEST = 12 }; /* cluster */
+  pieces p = {.dimension = dimension};
+  *witnesses = (zs_rbf_constraints){0};
+  bool memory = select_samples(&p, samples);
+  if (memory && p.count > dimension) {
+    p.clusters = zs_rbf_clusters_new(p.positions, p.count, 3, SMALLEST);
+    memory = p.clusters;
+    if (memory) {
+      measure(&p, control);
+      memory = sum_clusters(&p);
+    }
+    if (memory && is_closed(&p))
+      memory = judge_places(&p, witnesses, control);
+  }
+  clear(&p);
+  if (!memory)
+    zs_rbf_constraints_clear(witnesses);
+  return memory;
+}
+
+/* ---- Against a fit -------------------------------------------------------------------- */
+
+/* A witness that a fit is against. */
+typedef struct objection {
+  double distance;
+  size_t witness;
+} objection;
+
+static int by_distance(const void *a, const void *b)
+{
+  const objection *p = a, *q = b;
+  if (p->distance != q->distance)
+    return p->distance > q->distance ? -1 : 1;
+  return p->witness < q->witness ? -1 : 1;
+}
+
+size_t zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions,
+                                const double *values, size_t count, const zs_control *control,
+                                bool *against)
+{
+  const unsigned dimension = rbf->dimension;
+  double *found = malloc((count + 1) * sizeof *found);
+  objection *list = malloc((count + 1) * sizeof *list);
+  size_t objections = 0, marked[MARKED_AT_MOST], marked_count = 0;
+  memset(against, 0, count * sizeof *against);
+  if (!found || !list ||
+      !zs_rbf_values(rbf, positions, count, found, zs_control_threads(control))) {
+    free(found);
+    free(list);
+    return SIZE_MAX;
+  }
+  for (size_t i = 0; i < count; i++)
+    if ((found[i] >= 0) != (values[i] >= 0))
+      list[objections++] = (objection){fabs(values[i]), i};
+  free(found);
+  qsort(list, objections, sizeof *list, by_distance);
+  for (size_t i = 0; i < objections && marked_count < MARKED_AT_MOST; i++) {
+    const double *at = positions + dimension * list[i].witness;
+    bool crowded = false;
+    for (size_t j = 0; j < marked_count && !crowded; j++) {
+      double square = 0;
+      for (unsigned k = 0; k < dimension; k++)
+        square += pow(positions[dimension * marked[j] + k] - at[k], 2);
+      crowded = square < pow(APART * list[i].distance, 2);
+    }
+    if (crowded)
+      continue;
+    against[list[i].witness] = true;
+    marked[marked_count++] = list[i].witness;
+  }
+  free(list);
+  return marked_count;
+}
