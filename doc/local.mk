@@ -23,6 +23,7 @@ gallery_pictures = \
   doc/gallery/cup-slice.png \
   doc/gallery/cup.png \
   doc/gallery/doll.png \
+  doc/gallery/drag.png \
   doc/gallery/figurine-cut.png \
   doc/gallery/figurine.png \
   doc/gallery/flange.png \
@@ -47,9 +48,8 @@ gallery_pictures = \
 EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
-	for name in bearing bracket bunny candlestick column contours creature cup figurine \
-	    flange hull influence \
-	    lantern letters loft morph plate scan spanner stack surface warp; do \
+	for name in bearing bracket bunny candlestick column contours creature cup drag figurine \
+	    flange hull influence lantern letters loft morph plate scan spanner stack surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done

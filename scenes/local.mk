@@ -11,6 +11,7 @@ EXTRA_DIST += \
   scenes/creature.xml \
   scenes/cup.xml \
   scenes/doll.xml \
+  scenes/drag.xml \
   scenes/figurine.xml \
   scenes/flange.xml \
   scenes/hull.xml \

@@ -20,7 +20,8 @@ extern const zs_kind zs_kind_offset, zs_kind_shell, zs_kind_displace, zs_kind_sc
   zs_kind_pinch, zs_kind_fit_points, zs_kind_normalize, zs_kind_noise;
 extern const zs_kind zs_kind_translate, zs_kind_rotate, zs_kind_scale, zs_kind_mirror,
   zs_kind_matrix, zs_kind_stretch, zs_kind_shear, zs_kind_twist, zs_kind_taper, zs_kind_bend,
-  zs_kind_space_map, zs_kind_repeat_grid, zs_kind_repeat_polar, zs_kind_slice, zs_kind_map;
+  zs_kind_space_map, zs_kind_repeat_grid, zs_kind_repeat_polar, zs_kind_lattice_warp,
+  zs_kind_slice, zs_kind_map;
 extern const zs_kind zs_kind_interpolate, zs_kind_stack, zs_kind_variational,
   zs_kind_space_time_blend, zs_kind_local_morph,
   zs_kind_distance_morph, zs_kind_minkowski_morph;
@@ -95,6 +96,7 @@ const zs_kind *const zs_kinds[] = {
   &zs_kind_taper,
   &zs_kind_bend,
   &zs_kind_space_map,
+  &zs_kind_lattice_warp,
   &zs_kind_repeat_grid,
   &zs_kind_repeat_polar,
   &zs_kind_slice,

@@ -46,6 +46,7 @@ zs_sources += \
   src/nodes/kind.h \
   src/nodes/kinds.c \
   src/nodes/local_morph.c \
+  src/nodes/lattice_warp.c \
   src/nodes/map.c \
   src/nodes/minkowski_morph.c \
   src/nodes/minkowski_morph.h \

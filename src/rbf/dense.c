@@ -52,6 +52,21 @@ void zs_span_coefficients(const zs_span *span, const double *q, double *c)
       c[j] += span->right[j * most + k] * q[k] / span->singular[k];
 }
 
+zs_dense_result zs_dense_least(size_t rows, size_t columns, size_t sides, double *a, double *b)
+{
+  const size_t least = rows < columns ? rows : columns, most = rows < columns ? columns : rows;
+  double *singular = malloc(least * sizeof *singular);
+  lapack_int rank, status = LAPACK_WORK_MEMORY_ERROR;
+  if (singular)
+    status = LAPACKE_dgelsd(LAPACK_COL_MAJOR, (lapack_int)rows, (lapack_int)columns,
+                            (lapack_int)sides, a, (lapack_int)rows, b, (lapack_int)most, singular,
+                            1e-10, &rank);
+  free(singular);
+  if (status > 0)
+    return ZS_DENSE_SINGULAR;
+  return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
+}
+
 /* Reflectors of an orthogonal Q whose leading columns span P. */
 static zs_dense_result decompose_polynomials(zs_dense *dense, size_t n, size_t terms,
                                              const double *p)

@@ -40,6 +40,12 @@ void zs_span_free(zs_span *span);
 /* The least c (`terms`) for which P c has the coordinates q (`rank`) in U. */
 void zs_span_coefficients(const zs_span *span, const double *q, double *c);
 
+/* The least x with A x nearest to b, by singular values: A is rows x columns, its singular
+ * values below a 1e-10th of the largest taken for 0; b has max(rows, columns) x `sides` numbers,
+ * of whose columns the first `rows` are given and the first `columns` become x.  A is
+ * overwritten. */
+zs_dense_result zs_dense_least(size_t rows, size_t columns, size_t sides, double *a, double *b);
+
 typedef struct zs_dense {
   zs_span span; /* its basis is overwritten by Q, as LAPACK stores it */
   double *a;    /* n x n: Q^T A Q, its trailing block factorised */

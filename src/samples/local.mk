@@ -23,11 +23,15 @@ zs_sources += \
   src/samples/triangles.c \
   src/samples/triangles.h \
   src/samples/voxels.c \
-  src/samples/voxels.h
+  src/samples/voxels.h \
+  src/samples/warp.c \
+  src/samples/warp.h \
+  src/samples/warp_point.h
 
 zs_kernel_sources += \
   src/samples/polygon.kernel.c \
   src/samples/raster.kernel.c \
   src/samples/skeleton.kernel.c \
   src/samples/triangles.kernel.c \
-  src/samples/voxels.kernel.c
+  src/samples/voxels.kernel.c \
+  src/samples/warp.kernel.c

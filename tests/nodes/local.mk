@@ -7,6 +7,7 @@ zs_tests += \
   tests/nodes/test_formulas \
   tests/nodes/test_interpolate \
   tests/nodes/test_kinds \
+  tests/nodes/test_lattice_warp \
   tests/nodes/test_laws \
   tests/nodes/test_local_morph \
   tests/nodes/test_maps \
@@ -71,4 +72,7 @@ tests_nodes_test_point_maps_SOURCES = \
   tests/files/scratch.h tests/random.h
 tests_nodes_test_repeat_SOURCES = \
   tests/nodes/test_repeat.c tests/nodes/build.h tests/nodes/random_nodes.h \
+  tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+tests_nodes_test_lattice_warp_SOURCES = \
+  tests/nodes/test_lattice_warp.c tests/nodes/laws.h tests/nodes/build.h \
   tests/nodes/scene_text.h tests/files/scratch.h tests/random.h

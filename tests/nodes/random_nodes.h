@@ -9,6 +9,7 @@ static inline bool needs_data(const zs_kind *kind)
 {
   return !strcmp(kind->name, "variational") || !strcmp(kind->name, "image") ||
          !strcmp(kind->name, "fit-points") || !strcmp(kind->name, "space-map") ||
+         !strcmp(kind->name, "lattice-warp") ||
          !strcmp(kind->name, "path") || !strcmp(kind->name, "curved-polygon") ||
          !strcmp(kind->name, "stack") || !strcmp(kind->name, "minkowski-morph") ||
          kind->family == ZS_FAMILY_DATA;
