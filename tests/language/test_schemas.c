@@ -104,6 +104,7 @@ enum { TEXT_SIZE = 4096 };
 static const struct {
   const char *kind, *attribute, *value;
 } sample_values[] = {
+  {"lattice-warp", "max", "4 5 6"},
   {"extrude", "height", "1"},
   {"matrix", "values", "1 0 0 0 0 1 0 0 0 0 1 0"},
   {"path", "d", "M0 0H1V1Z"},
