@@ -367,23 +367,36 @@ static bool check(const zs_node *node, zs_diag *diag)
   return true;
 }
 
+/* Invert the map on a grid; false after reporting. */
+static bool prepare_inverse(zs_compiler *compiler, const zs_node *node, zs_warp *warp)
+{
+  const struct lattice_warp *p = node->parameters;
+  const zs_control *control = zs_compiler_control(compiler);
+  zs_diag *diag = zs_compiler_diag(compiler);
+  const double limit = control ? (double)control->memory_limit : 0;
+  const double bytes = zs_warp_start_bytes(warp, (uint32_t)p->resolution);
+  if (limit > 0 && bytes > limit) {
+    const zs_place place = zs_node_place(node, "resolution");
+    return zs_report(diag, ZS_ERROR, ZS_ERROR_MEMORY, &place, NULL,
+                     "%d cells along the longest side take %.0f MB, more than is allowed",
+                     p->resolution, bytes / 1e6);
+  }
+  return zs_warp_prepare_inverse(warp, (uint32_t)p->resolution, zs_control_threads(control)) ||
+         zs_fail_memory(diag);
+}
+
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct lattice_warp *p = node->parameters;
-  zs_diag *diag = zs_compiler_diag(compiler);
-  zs_warp *warp = warp_of(node, diag);
+  zs_warp *warp = warp_of(node, zs_compiler_diag(compiler));
   if (!warp || zs_warp_is_identity(warp)) {
     zs_warp_free(warp);
     return zs_children_emit(compiler, node, at);
   }
   if (!zs_compiler_keep(compiler, warp, zs_warp_free))
     return zs_emit_constant(compiler, -1);
-  if (warp->backward &&
-      !zs_warp_prepare_inverse(warp, (uint32_t)p->resolution,
-                               zs_control_threads(zs_compiler_control(compiler)))) {
-    zs_fail_memory(diag);
+  if (warp->backward && !prepare_inverse(compiler, node, warp))
     return zs_emit_constant(compiler, -1);
-  }
   double inverse[12] = {0};
   for (int k = 0; k < 3; k++) {
     inverse[5 * k] = 1 / spacing_of(p, k);

@@ -110,11 +110,26 @@ static void take_in_all(double *lo, double *hi, const double numbers[64], const 
       }
 }
 
+/* Most cells of fine lattices are like that. */
+static bool nothing_moves(const zs_warp *warp, const size_t first[3])
+{
+  for (size_t k = 0; k < 4; k++)
+    for (size_t j = 0; j < 4; j++) {
+      const double *row = padded_move(warp, first[0], first[1] + j, first[2] + k);
+      for (size_t n = 0; n < 16; n++)
+        if (row[n] != 0)
+          return false;
+    }
+  return true;
+}
+
 /* D is a mean of the moves of 4 x 4 x 4 control points, its derivatives are means of their
  * differences along an axis, and second ones of differences of these: convex hulls hold them. */
 static zs_warp_range range_of_cell(const zs_warp *warp, const size_t first[3])
 {
-  zs_warp_range r;
+  zs_warp_range r = {0};
+  if (nothing_moves(warp, first))
+    return r;
   for (int k = 0; k < 3; k++) {
     double own[64], slopes[64], bends[64];
     unsigned all[3] = {4, 4, 4};
@@ -319,17 +334,28 @@ bool zs_warp_inverse(const zs_warp *warp, const double x[3], double value[3], do
   return zs_warp_solve(warp, x, ZS_WARP_EXACT, value, slope);
 }
 
-bool zs_warp_prepare_inverse(zs_warp *warp, uint32_t resolution, unsigned threads)
+/* The points of the grid along each axis. */
+static void count_starts(const zs_warp *warp, uint32_t resolution, uint32_t count[3])
 {
-  double longest = 0, room = 1;
-  uint32_t count[3];
+  double longest = 0;
   for (int k = 0; k < 3; k++)
     longest = fmax(longest, zs_warp_length(warp, k));
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < 3; k++)
     count[k] = (uint32_t)ceil(zs_warp_length(warp, k) / longest * resolution) + 1;
-    room *= count[k];
-  }
-  float(*start)[3] = malloc((size_t)room * sizeof *start);
+}
+
+double zs_warp_start_bytes(const zs_warp *warp, uint32_t resolution)
+{
+  uint32_t count[3];
+  count_starts(warp, resolution, count);
+  return (double)count[0] * count[1] * count[2] * sizeof *warp->start;
+}
+
+bool zs_warp_prepare_inverse(zs_warp *warp, uint32_t resolution, unsigned threads)
+{
+  uint32_t count[3];
+  count_starts(warp, resolution, count);
+  float(*start)[3] = malloc((size_t)count[0] * count[1] * count[2] * sizeof *start);
   if (!start)
     return false;
   const size_t nx = count[0], ny = count[1];

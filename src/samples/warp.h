@@ -43,6 +43,9 @@ double *zs_warp_move(zs_warp *warp, const uint32_t control[3]);
 /* Find the ranges, after the last move. */
 void zs_warp_finish(zs_warp *warp);
 
+/* Bytes that the next call takes. */
+double zs_warp_start_bytes(const zs_warp *warp, uint32_t resolution);
+
 /* Find where Newton's method starts on a grid with `resolution` cells along the longest side,
  * by all threads.  False when memory is out. */
 bool zs_warp_prepare_inverse(zs_warp *warp, uint32_t resolution, unsigned threads);

@@ -124,7 +124,7 @@ static void maps_are_their_splines(void **unused)
 {
   (void)unused;
   uint64_t state = 3;
-  for (int t = 0; t < 40; t++) {
+  for (int t = 0; t < 20; t++) {
     zs_arena arena = {0}, *A = &arena;
     lattice l;
     random_lattice(&l, &state);
@@ -415,7 +415,7 @@ static void blocks_agree(void **unused)
 {
   (void)unused;
   uint64_t state = 9;
-  for (int t = 0; t < 24; t++) {
+  for (int t = 0; t < 12; t++) {
     zs_arena arena = {0}, *A = &arena;
     lattice l;
     random_lattice(&l, &state);
@@ -573,6 +573,29 @@ static void bad_input_is_refused(void **unused)
   expect_error(good, "<pair from='0 0 0' to='0 0 0.4'/>", "only allowed in");
 }
 
+/* A grid of starting points that takes more than is allowed is refused. */
+static void memory_is_limited(void **unused)
+{
+  (void)unused;
+  static const char *const text =
+    "<lattice-warp min='0 0 0' max='1 1 1' size='4' method='push-forward' resolution='%d'>"
+    "<move control='1 1 1' by='0.1 0 0'/><sphere/></lattice-warp>";
+  for (int t = 0; t < 2; t++) {
+    char scene_text[300];
+    seen s = {.message = ""};
+    zs_diag diag = {.report = keep, .context = &s};
+    const zs_control control = {.memory_limit = 1000000};
+    snprintf(scene_text, sizeof scene_text, text, t ? 60 : 30);
+    zs_scene *scene = parse(scene_text, &diag);
+    assert_non_null(scene);
+    zs_field *field = zs_scene_compile(scene, NULL, &control, &diag);
+    assert_true((field == NULL) == t);
+    assert_true(!t || strstr(s.message, "more than is allowed"));
+    zs_field_unref(field);
+    zs_scene_free(scene);
+  }
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -583,6 +606,7 @@ int main(void)
     cmocka_unit_test(blocks_agree),           cmocka_unit_test(folds_have_values),
     cmocka_unit_test(boxes_hold_solids),      cmocka_unit_test(scenes_are_read),
     cmocka_unit_test(folds_are_pointed_out),  cmocka_unit_test(bad_input_is_refused),
+    cmocka_unit_test(memory_is_limited),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
