@@ -27,6 +27,7 @@ gallery_pictures = \
   doc/gallery/figurine-cut.png \
   doc/gallery/figurine.png \
   doc/gallery/flange.png \
+  doc/gallery/hull-boat.png \
   doc/gallery/hull.png \
   doc/gallery/influence.png \
   doc/gallery/influence-star.png \
@@ -65,6 +66,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/doll.png
 	./zeroset render $(srcdir)/scenes/figurine.xml --object cut --size 480x360 \
 	  -o $(srcdir)/doc/gallery/figurine-cut.png
+	./zeroset render $(srcdir)/scenes/hull.xml --object boat --size 480x360 \
+	  -o $(srcdir)/doc/gallery/hull-boat.png
 	./zeroset render $(srcdir)/scenes/influence.xml --set t=0.1 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/influence-star.png
 	./zeroset render $(srcdir)/scenes/morph.xml --object surface --view side --size 480x360 \
