@@ -19,8 +19,9 @@ enum { FIRST = 1, LAST = SAMPLES - 2 };
 /* How far they are from its ends, as part of its depth. */
 static const float BEYOND = 0.03f;
 
-/* Depth of a leaf, and how well a surface is located, in pixels. */
-static const double LEAF_DEPTH = 8, ROOT_TOLERANCE = 2e-3;
+/* Depth of a leaf, how well a surface is located, and how far beneath it gradients are taken,
+ * in pixels. */
+static const double LEAF_DEPTH = 8, ROOT_TOLERANCE = 1.25e-4, INSET = 2e-3;
 
 /* How far beyond its place the surface is looked for, in tolerances, to have it between. */
 static const float ROOT_BEYOND = 0.4f;
@@ -537,10 +538,9 @@ static void trace_leaf(zs_tracer *tracer, zs_tile *tile, const part *p)
     return;
   sample_all(&l);
   look_closer(&l);
-  const double tolerance =
-    ROOT_TOLERANCE * zs_camera_footprint(tracer->camera, (double)b) / tile->rays_per_pixel;
-  close_in(&l, (float)tolerance);
-  settle_all(&l, tolerance);
+  const double ray = zs_camera_footprint(tracer->camera, (double)b) / tile->rays_per_pixel;
+  close_in(&l, (float)(ROOT_TOLERANCE * ray));
+  settle_all(&l, INSET * ray);
 }
 
 /* ---- The tree of boxes ------------------------------------------------------------------ */
