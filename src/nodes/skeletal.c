@@ -128,10 +128,9 @@ static zs_skeleton *skeleton_of(zs_arena *arena, const zs_node *node, zs_skeleto
   size_t count = 0;
   for (size_t i = 0; i < node->child_count; i++)
     count += piece_count(node->children[i]);
-  zs_skeleton *skeleton = ZS_ARENA_NEW(arena, zs_skeleton, 1);
   zs_skeleton_part *parts = ZS_ARENA_NEW(arena, zs_skeleton_part, node->child_count);
   zs_skeleton_piece *pieces = ZS_ARENA_NEW(arena, zs_skeleton_piece, count);
-  if (!skeleton || !parts || !pieces)
+  if (!parts || !pieces)
     return NULL;
   uint32_t first = 0;
   for (size_t i = 0; i < node->child_count; i++) {
@@ -141,11 +140,9 @@ static zs_skeleton *skeleton_of(zs_arena *arena, const zs_node *node, zs_skeleto
                                   .first = first,
                                   .count = (uint32_t)piece_count(node->children[i])};
     put_pieces(node->children[i], pieces + first);
-    zs_skeleton_prepare(field, pieces, &parts[i]);
     first += parts[i].count;
   }
-  *skeleton = (zs_skeleton){field, (uint32_t)node->child_count, parts, pieces};
-  return skeleton;
+  return zs_skeleton_new(arena, field, parts, (uint32_t)node->child_count, pieces);
 }
 
 zs_value zs_skeletal_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at,

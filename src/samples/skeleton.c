@@ -1,6 +1,7 @@
 #include "samples/skeleton.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* A region keeps its own parts when they are no more than this share of all. */
 static const double MOST_LOCAL = 0.75;
@@ -319,8 +320,8 @@ static void make_form(zs_skeleton_piece *piece, double radius, double weight)
   piece->form = form;
 }
 
-void zs_skeleton_prepare(zs_skeleton_field field, zs_skeleton_piece *pieces,
-                         zs_skeleton_part *part)
+/* Find the forms of a part's pieces, their box, their measure, and how far they reach. */
+static void prepare(zs_skeleton_field field, zs_skeleton_piece *pieces, zs_skeleton_part *part)
 {
   for (int k = 0; k < 3; k++) {
     part->lo[k] = INFINITY;
@@ -352,6 +353,80 @@ double zs_skeleton_reach(zs_skeleton_field field, const zs_skeleton_part *part, 
   return part->radius;
 }
 
+/* ---- Groups -------------------------------------------------------------------------------- */
+
+enum { FEW_PARTS = 4 }; /* in a group that is not divided */
+
+static double middle_of(const void *part, int axis)
+{
+  const zs_skeleton_part *p = part;
+  return p->lo[axis] + p->hi[axis];
+}
+
+#define ORDER(AXIS) \
+  static int by_##AXIS(const void *a, const void *b) \
+  { \
+    const double x = middle_of(a, AXIS), y = middle_of(b, AXIS); \
+    return (x > y) - (x < y); \
+  }
+ORDER(0) ORDER(1) ORDER(2)
+
+/* A number that is surely no larger, or no smaller. */
+static float outward(double x, float toward)
+{
+  return nextafterf((float)x, toward);
+}
+
+/* Add the group of some parts and those that it is divided into, half and half across the
+ * longest side of its box. */
+static void add_group(zs_skeleton_group *groups, uint32_t *used, zs_skeleton_part *parts,
+                      uint32_t first, uint32_t count)
+{
+  static int (*const order[3])(const void *, const void *) = {by_0, by_1, by_2};
+  zs_skeleton_group *group = &groups[(*used)++];
+  double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+  double below = 0, above = 0;
+  *group = (zs_skeleton_group){.first = first, .count = count};
+  for (uint32_t i = first; i < first + count; i++) {
+    *(parts[i].weight < 0 ? &below : &above) += parts[i].weight;
+    for (int k = 0; k < 3; k++) {
+      lo[k] = fmin(lo[k], parts[i].lo[k] - parts[i].reach);
+      hi[k] = fmax(hi[k], parts[i].hi[k] + parts[i].reach);
+    }
+  }
+  group->below = outward(below, -INFINITY);
+  group->above = outward(above, INFINITY);
+  int axis = 0;
+  for (int k = 0; k < 3; k++) {
+    group->lo[k] = outward(lo[k], -INFINITY);
+    group->hi[k] = outward(hi[k], INFINITY);
+    axis = hi[k] - lo[k] > hi[axis] - lo[axis] ? k : axis;
+  }
+  if (count > FEW_PARTS) {
+    qsort(parts + first, count, sizeof *parts, order[axis]);
+    add_group(groups, used, parts, first, count / 2);
+    add_group(groups, used, parts, first + count / 2, count - count / 2);
+  }
+  group->next = *used;
+}
+
+zs_skeleton *zs_skeleton_new(zs_arena *arena, zs_skeleton_field field, zs_skeleton_part *parts,
+                             uint32_t count, zs_skeleton_piece *pieces)
+{
+  const bool endless = field == ZS_SKELETON_BLINN || field == ZS_SKELETON_CAUCHY;
+  zs_skeleton *skeleton = ZS_ARENA_NEW(arena, zs_skeleton, 1);
+  zs_skeleton_group *groups =
+    endless ? NULL : ZS_ARENA_NEW(arena, zs_skeleton_group, 2 * (size_t)count);
+  if (!skeleton || (!endless && !groups))
+    return NULL;
+  for (uint32_t i = 0; i < count; i++)
+    prepare(field, pieces, &parts[i]);
+  *skeleton = (zs_skeleton){field, count, 0, parts, pieces, groups};
+  if (!endless && count > 0)
+    add_group(groups, &skeleton->group_count, parts, 0, count);
+  return skeleton;
+}
+
 /* ---- Regions ------------------------------------------------------------------------------ */
 
 /* The distance between a box and a part's. */
@@ -377,26 +452,69 @@ static double reference(const void *data, const double in[])
   return sum;
 }
 
+/* The parts among some that reach a box: their number, and unless `out` is NULL they. */
+static uint32_t reaching(const zs_skeleton *skeleton, uint32_t first, uint32_t count,
+                         const double lo[3], const double hi[3], zs_skeleton_part *out)
+{
+  uint32_t found = 0;
+  for (uint32_t i = first; i < first + count; i++) {
+    const zs_skeleton_part *part = &skeleton->parts[i];
+    if (gap_between(part, lo, hi) >= part->reach)
+      continue;
+    if (out)
+      out[found] = *part;
+    found++;
+  }
+  return found;
+}
+
+static bool meets(const zs_skeleton_group *group, const float lo[3], const float hi[3])
+{
+  for (int k = 0; k < 3; k++)
+    if (hi[k] < group->lo[k] || lo[k] > group->hi[k])
+      return false;
+  return true;
+}
+
+/* The same of all parts. */
+static uint32_t all_reaching(const zs_skeleton *skeleton, const float lo[3], const float hi[3],
+                             zs_skeleton_part *out)
+{
+  const double low[3] = {lo[0], lo[1], lo[2]}, high[3] = {hi[0], hi[1], hi[2]};
+  uint32_t found = 0;
+  if (!skeleton->group_count)
+    return reaching(skeleton, 0, skeleton->part_count, low, high, out);
+  for (uint32_t g = 0; g < skeleton->group_count;) {
+    const zs_skeleton_group *group = &skeleton->groups[g];
+    if (!meets(group, lo, hi)) {
+      g = group->next;
+      continue;
+    }
+    g++;
+    if (group->next == g)
+      found += reaching(skeleton, group->first, group->count, low, high, out ? out + found : NULL);
+  }
+  return found;
+}
+
 static const void *restricted(const void *data, const float lo[], const float hi[],
                               zs_arena *arena)
 {
   const zs_skeleton *skeleton = data;
-  const double low[3] = {lo[0], lo[1], lo[2]}, high[3] = {hi[0], hi[1], hi[2]};
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < skeleton->part_count; i++)
-    count += !(gap_between(&skeleton->parts[i], low, high) >= skeleton->parts[i].reach);
+  if (skeleton->field == ZS_SKELETON_BLINN || skeleton->field == ZS_SKELETON_CAUCHY)
+    return skeleton;
+  const uint32_t count = all_reaching(skeleton, lo, hi, NULL);
   if (count > MOST_LOCAL * skeleton->part_count)
     return skeleton;
   zs_skeleton *local = ZS_ARENA_NEW(arena, zs_skeleton, 1);
   zs_skeleton_part *parts = ZS_ARENA_NEW(arena, zs_skeleton_part, count + 1);
   if (!local || !parts)
     return skeleton;
-  *local = *skeleton;
-  local->parts = parts;
-  local->part_count = 0;
-  for (uint32_t i = 0; i < skeleton->part_count; i++)
-    if (!(gap_between(&skeleton->parts[i], low, high) >= skeleton->parts[i].reach))
-      parts[local->part_count++] = skeleton->parts[i];
+  all_reaching(skeleton, lo, hi, parts);
+  *local = (zs_skeleton){.field = skeleton->field,
+                         .part_count = count,
+                         .parts = parts,
+                         .pieces = skeleton->pieces};
   return local;
 }
 

@@ -1,7 +1,10 @@
 /* Fields about skeletons: sums over points, segments, polylines and triangles of a value
  * that falls off with the distance (soft objects, blobs, metaballs), or of the Cauchy kernel
  * integrated over the skeleton (convolution surfaces).  An operation on x, y and z; a region
- * keeps the parts whose fields reach it. */
+ * keeps the parts whose fields reach it.
+ *
+ * Where fields end, a tree of boxes over the parts leaves out most of them, so that the cost
+ * is that of the parts nearby.  Fields that do not end are added up everywhere. */
 #ifndef ZS_SKELETON_H
 #define ZS_SKELETON_H
 
@@ -49,18 +52,29 @@ typedef struct zs_skeleton_part {
   double reach;           /* distance from the pieces from which on the field is 0 */
 } zs_skeleton_part;
 
+/* Parts near to each other, and after it the groups that it is divided into.  Those without
+ * are of few parts. */
+typedef struct zs_skeleton_group {
+  float lo[3], hi[3];    /* the box outside of which their fields are 0 */
+  float below, above;    /* sums of their weights that take away, and of the others */
+  uint32_t first, count; /* parts */
+  uint32_t next;         /* the group after it and all of its own */
+} zs_skeleton_group;
+
 /* Immutable. */
 typedef struct zs_skeleton {
   zs_skeleton_field field;
-  uint32_t part_count;
+  uint32_t part_count, group_count;
   const zs_skeleton_part *parts;
   const zs_skeleton_piece *pieces;
+  const zs_skeleton_group *groups; /* the first is of all parts; none where fields are endless */
 } zs_skeleton;
 
-/* Find the forms of a part's pieces, whose corners and shape are given, their box, their
- * measure, and how far they reach. */
-void zs_skeleton_prepare(zs_skeleton_field field, zs_skeleton_piece *pieces,
-                         zs_skeleton_part *part);
+/* The skeleton of some parts, whose radius, weight and pieces are given, and of these corners
+ * and shape.  All memory is the arena's, and the skeleton keeps `parts`, which it puts in
+ * another order, and `pieces`.  NULL when memory is out.  Takes a time of n log^2 n. */
+zs_skeleton *zs_skeleton_new(zs_arena *arena, zs_skeleton_field field, zs_skeleton_part *parts,
+                             uint32_t count, zs_skeleton_piece *pieces);
 
 /* Distance from a part's pieces from which on its field is no larger than `least`: for 0,
  * where it ends, infinite if it does not. */

@@ -81,42 +81,72 @@ ZS_INLINE void add_cauchy(block *b, const zs_skeleton *skeleton, const zs_skelet
   }
 }
 
-/* Whether a part's field may reach any point of the block. */
-static bool reaches(const block *b, const zs_skeleton_part *part)
+/* The box around the points of a block. */
+static void find_extent(const block *b, float lo[3], float hi[3])
 {
   for (int k = 0; k < 3; k++) {
-    zs_lanes lo = zs_lanes_load(b->at[k]), hi = lo;
+    zs_lanes least = zs_lanes_all(INFINITY), most = -least;
     FOR_VECTORS(i, b->n)
     {
       const zs_lanes x = zs_lanes_load(b->at[k] + i);
-      lo = zs_lanes_smaller(x, lo);
-      hi = zs_lanes_larger(x, hi);
+      least = zs_lanes_smaller(x, least); /* leaves out what is not a number */
+      most = zs_lanes_larger(x, most);
     }
-    float least = lo[0], most = hi[0];
-    for (int l = 1; l < ZS_WIDTH; l++) {
-      least = fminf(least, lo[l]);
-      most = fmaxf(most, hi[l]);
+    lo[k] = INFINITY;
+    hi[k] = -INFINITY;
+    for (int l = 0; l < ZS_WIDTH; l++) {
+      lo[k] = fminf(lo[k], least[l]);
+      hi[k] = fmaxf(hi[k], most[l]);
     }
-    if (part->lo[k] - (double)most >= part->reach || (double)least - part->hi[k] >= part->reach)
-      return false;
   }
+}
+
+static bool reaches(const zs_skeleton_part *part, const float lo[3], const float hi[3])
+{
+  for (int k = 0; k < 3; k++)
+    if (part->lo[k] - (double)hi[k] >= part->reach || (double)lo[k] - part->hi[k] >= part->reach)
+      return false;
   return true;
+}
+
+static bool meets(const zs_skeleton_group *group, const float lo[3], const float hi[3])
+{
+  for (int k = 0; k < 3; k++)
+    if (hi[k] < group->lo[k] || lo[k] > group->hi[k])
+      return false;
+  return true;
+}
+
+ZS_INLINE void add_some(block *b, const zs_skeleton *skeleton, uint32_t first, uint32_t count,
+                        const float lo[3], const float hi[3], bool gradient)
+{
+  for (uint32_t p = first; p < first + count; p++) {
+    const zs_skeleton_part *part = &skeleton->parts[p];
+    if (skeleton->field == ZS_SKELETON_CAUCHY)
+      add_cauchy(b, skeleton, part, gradient);
+    else if (reaches(part, lo, hi))
+      add_falloff(b, skeleton, part, gradient);
+  }
 }
 
 ZS_INLINE void add_parts(block *b, const zs_block_arguments *a, bool gradient)
 {
   const zs_skeleton *skeleton = a->data;
+  float lo[3], hi[3];
   b->n = a->n;
   for (int k = 0; k < 3; k++)
     b->at[k] = a->in[k];
   for (int k = 0; k < (gradient ? 4 : 1); k++)
     memset(b->sum[k], 0, a->n * sizeof(float));
-  for (uint32_t p = 0; p < skeleton->part_count; p++) {
-    const zs_skeleton_part *part = &skeleton->parts[p];
-    if (skeleton->field == ZS_SKELETON_CAUCHY)
-      add_cauchy(b, skeleton, part, gradient);
-    else if (reaches(b, part))
-      add_falloff(b, skeleton, part, gradient);
+  find_extent(b, lo, hi);
+  if (!skeleton->group_count)
+    add_some(b, skeleton, 0, skeleton->part_count, lo, hi, gradient);
+  for (uint32_t g = 0; g < skeleton->group_count;) {
+    const zs_skeleton_group *group = &skeleton->groups[g];
+    const bool met = meets(group, lo, hi);
+    if (met && group->next == g + 1)
+      add_some(b, skeleton, group->first, group->count, lo, hi, gradient);
+    g = met ? g + 1 : group->next;
   }
 }
 
@@ -223,6 +253,54 @@ static void add_falloff_range(range *sum, const zs_skeleton *skeleton,
             zs_skeleton_falloff(skeleton->field, near * near, &slope), (float)part->weight);
 }
 
+/* Boxes that meet that of a group. */
+static zs_lanes_mask meeting(const zs_skeleton_group *group, const boxes *b)
+{
+  zs_lanes_mask met = (zs_lanes_mask){0} - 1;
+  const zs_lanes slack = 1e-6f * b->largest;
+  for (int k = 0; k < 3; k++)
+    met &= (b->middle[k] + b->half[k] + slack >= zs_lanes_all(group->lo[k])) &
+           (b->middle[k] - b->half[k] - slack <= zs_lanes_all(group->hi[k]));
+  return met;
+}
+
+/* Whether a group is so much smaller than every box that it counts as one. */
+static bool is_small(const zs_skeleton_group *group, const boxes *b)
+{
+  static const float SMALL = 0.25f;
+  float size = 0;
+  zs_lanes side = zs_lanes_all(0);
+  for (int k = 0; k < 3; k++) {
+    size = fmaxf(size, group->hi[k] - group->lo[k]);
+    side = zs_lanes_larger(side, 2 * b->half[k]);
+  }
+  return !zs_lanes_bits(side * SMALL < zs_lanes_all(size));
+}
+
+/* Of all parts; those of small groups between nothing and all of their weights. */
+static void add_all_falloffs(range *sum, const zs_skeleton *skeleton, const boxes *b)
+{
+  const bool grouped = skeleton->group_count > 0;
+  for (uint32_t p = 0; p < skeleton->part_count && !grouped; p++)
+    add_falloff_range(sum, skeleton, &skeleton->parts[p], b);
+  for (uint32_t g = 0; g < skeleton->group_count;) {
+    const zs_skeleton_group *group = &skeleton->groups[g++];
+    const zs_lanes_mask met = meeting(group, b);
+    const bool any = zs_lanes_bits(met), whole = any && is_small(group, b);
+    if (whole) {
+      const zs_lanes zero = zs_lanes_all(0);
+      sum->lo += zs_lanes_select(met, zs_lanes_all(group->below), zero);
+      sum->hi += zs_lanes_select(met, zs_lanes_all(group->above), zero);
+      sum->slack +=
+        zs_lanes_select(met, zs_lanes_all(1e-6f * (group->above - group->below)), zero);
+    } else if (any && group->next == g) {
+      for (uint32_t p = group->first; p < group->first + group->count; p++)
+        add_falloff_range(sum, skeleton, &skeleton->parts[p], b);
+    }
+    g = any && !whole ? g : group->next;
+  }
+}
+
 /* The tangent of a sum at the middle of boxes, and how far it may be from there. */
 typedef struct tangent {
   zs_lanes f, slope[3], beyond;
@@ -296,8 +374,7 @@ static void bounds(const zs_bounds_arguments *a)
     if (skeleton->field == ZS_SKELETON_CAUCHY)
       add_all_cauchy(&sum, skeleton, &b);
     else
-      for (uint32_t p = 0; p < skeleton->part_count; p++)
-        add_falloff_range(&sum, skeleton, &skeleton->parts[p], &b);
+      add_all_falloffs(&sum, skeleton, &b);
     zs_intervals_store(a->out, part,
                        zs_intervals_checked(sum.lo - sum.slack, sum.hi + sum.slack, known));
   }

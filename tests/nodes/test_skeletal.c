@@ -260,7 +260,7 @@ static zs_node *random_skeleton(zs_arena *A, int field, uint64_t *state)
 {
   static const char *const names[] = {"point", "segment", "polyline", "triangle"};
   zs_node *node = field < 4 ? soft(A, falloffs[field], 0.3) : node_named(A, "convolution");
-  const int count = 1 + (int)random_below(state, 6);
+  const int count = 1 + (int)random_below(state, random_below(state, 3) ? 6 : 50);
   for (int i = 0; i < count; i++) {
     const unsigned shape = random_below(state, 4);
     double c[12];
@@ -318,7 +318,8 @@ static void test_blocks(void **unused)
       if (i == 7)
         continue;
       const double expected = zs_eval_point(eval, p);
-      if (!(fabs((double)f[i] - expected) < 1e-5 && fabs((double)(f[i] - g[0][i])) < 1e-6))
+      if (!(fabs((double)f[i] - expected) < 1e-5 * (1 + fabs(expected)) &&
+            fabs((double)(f[i] - g[0][i])) < 1e-6 * (1 + fabs(expected))))
         fail_msg("field %d on %s at %g %g %g: %.9g, with slopes %.9g, instead of %.9g",
                  t % FIELDS, isas[t % 3], p[0], p[1], p[2], (double)f[i], (double)g[0][i],
                  expected);
@@ -354,13 +355,13 @@ static void test_ranges(void **unused)
     for (int b = 0; b < BOXES; b++)
       for (int k = 0; k < 3; k++) {
         lo[b][k] = random_between(&state, -3, 3) * (b % 9 ? 1 : 1000);
-        hi[b][k] = lo[b][k] + exp(random_between(&state, -9, 2));
+        hi[b][k] = lo[b][k] + exp(random_between(&state, -9, 3));
       }
     for (int k = 0; k < 3; k++) /* so close to one point that little is left of f */
       hi[0][k] = lo[0][k] + 1e-4;
     lo[1][0] = -INFINITY;
     zs_eval_bounds(eval, BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
-    assert_true(f_hi[0] - f_lo[0] < 1e-2f);
+    assert_true(f_hi[0] - f_lo[0] < 2e-2f);
     for (int b = 0; b < BOXES; b++)
       for (int i = 0; i < SAMPLES; i++) {
         double p[3];
