@@ -36,7 +36,8 @@ const zs_kind zs_kind_convolution = {
   .summary = "a convolution surface: a kernel summed up along lines and over triangles",
   .doc = "f is the sum over the parts of weight times the integral over the part of 1 / (1 + s^2 "
          "r^2)^2, less the threshold; r is the distance from a point of the part, and s is "
-         "sharpness / radius. Pieces of a line or a surface join without bulges.",
+         "sharpness / radius. Pieces of a line or a surface join without bulges. The kernel does "
+         "not end: the cost grows with the number of pieces.",
   .source = "J. McCormack, A. Sherstyuk, Creating and rendering convolution surfaces, 1998",
   .attributes = attributes,
   .attribute_count = ZS_COUNT_OF(attributes),

@@ -38,7 +38,7 @@ const zs_kind zs_kind_soft = {
   .summary = "a soft object: fields about points, lines and triangles that flow together",
   .doc = "f is the sum over the parts of weight * falloff(distance / radius), less the threshold. "
          "A polyline's distance is that of its nearest piece. Where no field reaches f is "
-         "-threshold.",
+         "-threshold. Parts cost nothing where they do not reach, but for those of `blinn`.",
   .source = "G. Wyvill, C. McPheeters, B. Wyvill, Data structure for soft objects, 1986; J. Blinn, "
             "A generalization of algebraic surface drawing, 1982; H. Nishimura et al., Object "
             "modeling by distribution function, 1985; B. Wyvill, A. Guy, E. Galin, Extending the "

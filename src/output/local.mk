@@ -38,6 +38,8 @@ zs_sources += \
   src/output/slice.c \
   src/output/trace.c \
   src/output/trace.h \
+  src/output/trace_leaf.c \
+  src/output/trace_leaf.h \
   src/output/voxelize.c
 
 zs_kernel_sources += \

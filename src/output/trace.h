@@ -3,9 +3,10 @@
  * A tile of the picture is traced as a tree of boxes in the camera's local
  * coordinates, front to back, down to leaves of 8 x 8 rays and a few samples in
  * depth.  Bounds leave out what is empty, and what lies behind rays that have
- * hit something; the rest gets shorter programs.  Leaves sample every ray, look
- * closer where f rises and falls between two samples, and close in on the
- * surface, by programs that need only have the sign of f.  Without pruning a
+ * hit something; the rest gets shorter programs.  Leaves are bounded once more,
+ * in sixteen pieces, sample every ray around those left, look closer where f
+ * rises and falls between two samples, and close in on the surface, by programs
+ * that need only have the sign of f.  Without pruning a
  * leaf has the same samples inside, and the same hits but for what closing in
  * leaves open; it may overlook a sheet between samples that shorter programs
  * show. */

@@ -18,6 +18,8 @@ zs_sources += \
   src/samples/skeleton.c \
   src/samples/skeleton.h \
   src/samples/skeleton_pieces.h \
+  src/samples/skeleton_tree.c \
+  src/samples/skeleton_tree.h \
   src/samples/transform.c \
   src/samples/transform.h \
   src/samples/triangles.c \

@@ -162,6 +162,45 @@ bool scene_bunny(text *t, unsigned n)
   return true;
 }
 
+/* A point on the unit sphere. */
+static void on_sphere(uint64_t *seed, double p[3])
+{
+  const double z = random_between(seed, -1, 1), turn = random_between(seed, 0, 6.28318530717959);
+  p[0] = sqrt(1 - z * z) * cos(turn);
+  p[1] = sqrt(1 - z * z) * sin(turn);
+  p[2] = z;
+}
+
+/* Soft points all over a sphere, the smaller the more there are. */
+bool scene_soft(text *t, unsigned n)
+{
+  uint64_t seed = 20070503;
+  text_append(t, "<scene><domain min='-2 -2 -2' max='2 2 2'/><soft threshold='0.5'>");
+  for (unsigned i = 0; i < n; i++) {
+    double p[3];
+    on_sphere(&seed, p);
+    text_append(t, "<point at='%.9g %.9g %.9g' radius='%.9g'/>", p[0], p[1], p[2], 4.8 / sqrt(n));
+  }
+  text_append(t, "</soft></scene>");
+  return true;
+}
+
+/* Spines on a sphere, about which one kernel of the same width is added up. */
+bool scene_convolution(text *t, unsigned n)
+{
+  uint64_t seed = 20070503;
+  text_append(t, "<scene><domain min='-2 -2 -2' max='2 2 2'/><convolution threshold='%.9g'>",
+              0.005 * n);
+  for (unsigned i = 0; i < n; i++) {
+    double p[3];
+    on_sphere(&seed, p);
+    text_append(t, "<segment from='%.9g %.9g %.9g' to='%.9g %.9g %.9g' radius='0.2'/>", p[0],
+                p[1], p[2], 1.1 * p[0], 1.1 * p[1], 1.1 * p[2]);
+  }
+  text_append(t, "</convolution></scene>");
+  return true;
+}
+
 /* One long formula that draws n rings, each with a slot across it. */
 bool scene_rings(text *t, unsigned n)
 {

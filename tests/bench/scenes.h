@@ -30,7 +30,7 @@ spheres spheres_of_surface(unsigned count);
 /* Writers of scenes; n says how many parts, where there is a choice. */
 typedef bool scene_writer(text *t, unsigned n);
 scene_writer scene_spheres, scene_spheres_same_surface, scene_menger, scene_gyroid, scene_column,
-  scene_gear, scene_bunny, scene_rings, scene_prospero;
+  scene_gear, scene_bunny, scene_rings, scene_prospero, scene_soft, scene_convolution;
 
 /* Whether the optional input of scene_prospero is there. */
 bool scene_prospero_exists(void);
