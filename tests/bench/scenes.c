@@ -190,7 +190,7 @@ bool scene_convolution(text *t, unsigned n)
 {
   uint64_t seed = 20070503;
   text_append(t, "<scene><domain min='-2 -2 -2' max='2 2 2'/><convolution threshold='%.9g'>",
-              0.005 * n);
+              0.0006 * n);
   for (unsigned i = 0; i < n; i++) {
     double p[3];
     on_sphere(&seed, p);
