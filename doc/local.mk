@@ -36,6 +36,7 @@ gallery_pictures = \
   doc/gallery/loft.png \
   doc/gallery/morph.png \
   doc/gallery/morph-surface.png \
+  doc/gallery/muscle.png \
   doc/gallery/plate.png \
   doc/gallery/scan.png \
   doc/gallery/spanner-slice.png \
@@ -50,7 +51,8 @@ EXTRA_DIST += doc/gallery.md $(gallery_pictures)
 
 gallery: zeroset
 	for name in bearing bracket bunny candlestick column contours creature cup drag figurine \
-	    flange hull influence lantern letters loft morph plate scan spanner stack surface warp; do \
+	    flange hull influence lantern letters loft morph muscle plate scan spanner stack \
+	    surface warp; do \
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done

@@ -30,6 +30,8 @@ EXTRA_DIST += \
   scenes/morph/shapes.py \
   scenes/morph/star.xyz \
   scenes/morph/torus.xyz \
+  scenes/muscle.xml \
+  scenes/muscle/cell.py \
   scenes/plate.xml \
   scenes/plate/ornament.svg \
   scenes/scan.xml \
