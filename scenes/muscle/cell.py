@@ -22,7 +22,7 @@ def blobs(plane):
             toward = (1 if k % 2 == 0 else -1) * (0, 1, 0, -1)[plane % 4]
             angle = 2 * math.pi / AROUND * (k + 0.3 * fibril + 0.34 * toward)
             angle += random.uniform(-0.05, 0.05)
-            distance = FIBRIL + 0.4 + random.uniform(-0.06, 0.06)
+            distance = FIBRIL + 0.35 + random.uniform(-0.04, 0.04)
             yield (x + distance * math.cos(angle), y + distance * math.sin(angle),
                    TUBE * random.uniform(0.85, 1.15))
 
@@ -55,7 +55,7 @@ print(f"""      <cylinder radius="9.5" height="1.2" at="0 0 -1.8"/> <!-- where t
   </object>
 
   <object id="cell">
-    <union><use object="fibrils"/><use object="reticulum"/></union>
+    <smooth-union radius="0.25"><use object="fibrils"/><use object="reticulum"/></smooth-union>
   </object>
 
   <view id="side" eye="-24 -34 30" target="0 0 3.4" up="0 0 1" fov="27"/>
