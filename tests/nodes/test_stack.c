@@ -2,7 +2,9 @@
 #include "../random.h"
 #include "scene_text.h"
 
+#include <fcntl.h>
 #include <math.h>
+#include <sys/stat.h>
 #include <tiffio.h>
 
 enum { WIDTH = 20, HEIGHT = 16 };
@@ -176,6 +178,45 @@ static void test_several_labels(void **unused)
                             "<stack src='three.nrrd' label='2'/></difference>";
   assert_true(value_in(both, 1.5, 6, 1.5) > 0);
   assert_true(value_in(both, 5.5, 6, 1.5) < 0);
+}
+
+/* A file is read once for all stacks of a scene: numbers that are changed behind its back, at
+ * the same size and time, are not seen. */
+static void test_file_is_read_once(void **unused)
+{
+  (void)unused;
+  static const char HEADER[] = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 3\nencoding: raw\n\n";
+  static const char *const body = "<object id='a'><stack src='once.nrrd' label='1'/></object>"
+                                  "<object id='b'><stack src='once.nrrd' label='2'/></object>";
+  for (int changed = 0; changed < 2; changed++) {
+    struct stat before;
+    zs_diag diag = {0};
+    zs_scene *scenes[2] = {NULL};
+    FILE *file = create("once.nrrd");
+    fputs(HEADER, file);
+    for (int i = 0; i < 8 * 8 * 3; i++)
+      fputc(1 + (i % 8 >= 4), file);
+    assert_int_equal(fclose(file), 0);
+    assert_int_equal(stat(scratch_path(&folder, "once.nrrd"), &before), 0);
+    for (int i = 0; i < 2; i++)
+      assert_non_null(scenes[i] = parse(body, &diag));
+    zs_field *a = zs_scene_compile(scenes[0], "a", NULL, &diag);
+    assert_non_null(a);
+    file = fopen(scratch_path(&folder, "once.nrrd"), "r+b");
+    fputs(HEADER, file);
+    for (int i = 0; i < 8 * 8 * 3; i++)
+      fputc(7, file);
+    assert_int_equal(fclose(file), 0);
+    const struct timespec times[2] = {before.st_atim, before.st_mtim};
+    assert_int_equal(utimensat(AT_FDCWD, folder.path, times, 0), 0);
+    /* A scene that has read it finds the other label; another one does not. */
+    zs_field *b = zs_scene_compile(scenes[changed], "b", NULL, &diag);
+    assert_int_equal(b != NULL, changed == 0);
+    zs_field_unref(a);
+    zs_field_unref(b);
+    for (int i = 0; i < 2; i++)
+      zs_scene_free(scenes[i]);
+  }
 }
 
 /* ---- TIFF -------------------------------------------------------------------------------- */
@@ -523,6 +564,7 @@ int main(void)
     cmocka_unit_test(test_image),     cmocka_unit_test(test_series),
     cmocka_unit_test(test_levels_and_every), cmocka_unit_test(test_caps),
     cmocka_unit_test(test_labels),    cmocka_unit_test(test_several_labels),
+    cmocka_unit_test(test_file_is_read_once),
     cmocka_unit_test(test_tiff),      cmocka_unit_test(test_outlines),
     cmocka_unit_test(test_outline_choices), cmocka_unit_test(test_volume),
     cmocka_unit_test(test_least),     cmocka_unit_test(test_bad_input),
