@@ -254,7 +254,7 @@ static void anchors_keep_to_their_ways(void **unused)
 {
   (void)unused;
   uint64_t state = 5;
-  for (int t = 0; t < 48; t++) {
+  for (int t = 0; t < 12; t++) {
     zs_arena arena = {0}, *A = &arena;
     const bool flat = t % 4 == 3, rigid = t % 2;
     const size_t count = 1 + random_below(&state, MOST);
@@ -307,7 +307,7 @@ static void origin_and_order_do_not_matter(void **unused)
 {
   (void)unused;
   uint64_t state = 23;
-  for (int t = 0; t < 18; t++) {
+  for (int t = 0; t < 6; t++) {
     zs_arena arena = {0}, *A = &arena;
     const double time = random_between(&state, 0.1, 0.9), off[3] = {40, -70, 20};
     const size_t count = 4 + random_below(&state, MOST - 3);
