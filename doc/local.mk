@@ -32,6 +32,7 @@ gallery_pictures = \
   doc/gallery/influence.png \
   doc/gallery/influence-star.png \
   doc/gallery/lantern.png \
+  doc/gallery/letters-pairs.png \
   doc/gallery/letters.png \
   doc/gallery/loft.png \
   doc/gallery/morph.png \
@@ -72,6 +73,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/hull-boat.png
 	./zeroset render $(srcdir)/scenes/influence.xml --set t=0.1 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/influence-star.png
+	./zeroset slice $(srcdir)/scenes/letters.xml --z 64 --correspondence --size 480x360 \
+	  -o $(srcdir)/doc/gallery/letters-pairs.png
 	./zeroset render $(srcdir)/scenes/morph.xml --object surface --view side --size 480x360 \
 	  -o $(srcdir)/doc/gallery/morph-surface.png
 	./zeroset render $(srcdir)/scenes/stack.xml --object straight --view side --size 480x360 \

@@ -24,7 +24,7 @@ _zeroset()
     mesh) options="--output --resolution --cell --method --simplify --seed --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     voxel) options="--output --resolution --cell --quantity --type --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     render) options="--output --size --view --mode --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
-    slice) options="--output --quantity --size --z --axis --at --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
+    slice) options="--output --quantity --size --z --axis --at --correspondence --report --object --set --sweep --bounds --threads --memory --brute --allow-path --quiet --no-progress --help" ;;
     eval) options="--gradient --binary --object --set --threads --memory --allow-path --quiet --no-progress --help" ;;
     fit) options="--output --set --threads --memory --allow-path --quiet --no-progress --help" ;;
     nodes) options="--manual --help" ;;

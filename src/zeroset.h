@@ -186,6 +186,22 @@ typedef struct zs_fit_info {
   size_t point_count;
 } zs_fit_info;
 
+/* What becomes what between two neighbouring levels of an <interpolate>. */
+typedef struct zs_correspondence {
+  const char *element;    /* "between" */
+  unsigned line;
+  bool found;             /* by itself (correspondence="auto"), or given by pairs */
+  double level[2];        /* where they lie on the node's own axis */
+  size_t count;           /* pairs */
+  /* In the scene's coordinates, for as long as the field; NULL inside maps that are not affine:
+   * the ways of the pairs from the lower level to the upper one, 3 numbers a place and
+   * `places` places each, and a point of either level's plane and the planes' normal, of
+   * length 1. */
+  const double *ways;
+  size_t places;
+  double plane[2][3], normal[3];
+} zs_correspondence;
+
 typedef struct zs_field_info {
   size_t nodes;        /* nodes of the tree, shared ones once */
   size_t instructions; /* length of the program */
@@ -193,10 +209,15 @@ typedef struct zs_field_info {
   size_t choices;      /* operations that pruning can shorten */
   size_t fits;
   uint64_t bytes;
+  size_t correspondences;
 } zs_field_info;
 
 ZS_API void zs_field_describe(const zs_field *field, zs_field_info *info);
 ZS_API bool zs_field_fit(const zs_field *field, size_t index, zs_fit_info *info);
+/* Those of levels between which shapes move, from the lowest up in every node; false beyond the
+ * last. */
+ZS_API bool zs_field_correspondence(const zs_field *field, size_t index,
+                                    zs_correspondence *correspondence);
 
 /* The program as text, one instruction a line, in a string for free(). */
 ZS_API char *zs_field_listing(const zs_field *field);
@@ -392,6 +413,9 @@ typedef struct zs_slice_options {
   int axis;               /* 0 x, 1 y, 2 z */
   double at;              /* where along the axis */
   zs_quantity quantity;   /* VALUE: a coloured field with contour lines; INSIDE: black and white */
+  bool correspondence;    /* false; true: draw over it what becomes what (zs_correspondence): of
+                             gaps that the plane lies in, across their axis, arrows and the outlines
+                             on both levels; of others arrows only, seen from where the slice is */
 } zs_slice_options;
 
 ZS_API void zs_slice_options_init(zs_slice_options *options);
@@ -402,6 +426,13 @@ ZS_API void zs_slice_options_init(zs_slice_options *options);
 ZS_API bool zs_slice(zs_field *field, const double lo[3], const double hi[3],
                      const zs_slice_options *options, zs_image *image, uint64_t *inside,
                      const zs_control *control, zs_job_report *report, zs_diag *diag);
+
+/* The same as an SVG file, in the scene's own coordinates with y (or z) up: the solid's
+ * outline, filled, found between pixels too, and for VALUE contour lines of f.  The file
+ * appears only when it is complete. */
+ZS_API bool zs_slice_svg(zs_field *field, const double lo[3], const double hi[3],
+                         const zs_slice_options *options, const char *path, uint64_t *inside,
+                         const zs_control *control, zs_job_report *report, zs_diag *diag);
 
 /* ---- The language, as data -------------------------------------------- */
 

@@ -26,8 +26,11 @@ const cli_command cli_commands[] = {
    (const char *const[]){".png", NULL}, cli_render},
   {"slice", CLI_SLICE, "SCENE -o FILE", "draw a cross-section",
    "Writes a PNG file: the field as colours with contour lines, the surface's line bold; or, with "
-   "--quantity inside, white where f >= 0.  The cut is seen from the axis' positive end.",
-   (const char *const[]){".png", NULL}, cli_slice},
+   "--quantity inside, white where f >= 0.  The cut is seen from the axis' positive end.\n"
+   "A name that ends in .svg makes an SVG file in the scene's units: the solid's outline, filled, "
+   "and unless --quantity is inside lines of equal f.  <path> reads it back, with the lower left "
+   "corner of the picture at the origin.",
+   (const char *const[]){".png", ".svg", NULL}, cli_slice},
   {"eval", CLI_EVAL, "SCENE < POINTS > VALUES", "evaluate the field at points",
    "Reads one point a line, three numbers x y z, from standard input and writes f for each to "
    "standard output.  Empty lines, and what follows a '#', are skipped.  Values are computed in "

@@ -66,6 +66,34 @@ static void print_fits(const zs_field *field, size_t count)
   }
 }
 
+/* How far the pair that goes farthest goes along the levels. */
+static double longest_way(const zs_correspondence *c)
+{
+  double longest = 0;
+  for (size_t i = 0; i < c->count; i++) {
+    const double *from = c->ways + 3 * c->places * i, *to = from + 3 * (c->places - 1);
+    double along = 0, square = 0;
+    for (int k = 0; k < 3; k++) {
+      along += (to[k] - from[k]) * c->normal[k];
+      square += (to[k] - from[k]) * (to[k] - from[k]);
+    }
+    longest = fmax(longest, sqrt(fmax(square - along * along, 0)));
+  }
+  return longest;
+}
+
+static void print_correspondences(const zs_field *field)
+{
+  zs_correspondence c;
+  for (size_t i = 0; zs_field_correspondence(field, i, &c); i++) {
+    printf("pairs       <%s> of line %u, from level %.9g to %.9g: %zu %s", c.element, c.line,
+           c.level[0], c.level[1], c.count, c.found ? "found" : "given");
+    if (c.ways)
+      printf(", of which the longest goes %.4g", longest_way(&c));
+    printf("\n");
+  }
+}
+
 static void print_info(const cli_session *session, bool bounded)
 {
   char bytes[24];
@@ -81,6 +109,7 @@ static void print_info(const cli_session *session, bool bounded)
   printf("operations  %zu, of which %zu can be pruned; %zu registers, %s\n",
          info.instructions, info.choices, info.registers, bytes_text(info.bytes, bytes));
   print_fits(session->field, info.fits);
+  print_correspondences(session->field);
 }
 
 /* ---- JSON -------------------------------------------------------------- */
@@ -154,6 +183,35 @@ static void json_fits(cli_json *json, const zs_field *field, size_t count)
   cli_json_end(json, ']');
 }
 
+/* With the ends of every pair, in the scene's coordinates. */
+static void json_correspondences(cli_json *json, const zs_field *field)
+{
+  zs_correspondence c;
+  cli_json_begin(json, "correspondences", '[');
+  for (size_t i = 0; zs_field_correspondence(field, i, &c); i++) {
+    cli_json_begin(json, NULL, '{');
+    cli_json_string(json, "element", c.element);
+    cli_json_integer(json, "line", c.line);
+    cli_json_string(json, "pairs", c.found ? "found" : "given");
+    cli_json_number(json, "from", c.level[0]);
+    cli_json_number(json, "to", c.level[1]);
+    cli_json_integer(json, "count", (int64_t)c.count);
+    if (c.ways)
+      cli_json_number(json, "longest", longest_way(&c));
+    cli_json_begin(json, "ways", '[');
+    for (size_t w = 0; c.ways && w < c.count; w++) {
+      const double *from = c.ways + 3 * c.places * w, *to = from + 3 * (c.places - 1);
+      cli_json_begin(json, NULL, '[');
+      for (int k = 0; k < 6; k++)
+        cli_json_number(json, NULL, k < 3 ? from[k] : to[k - 3]);
+      cli_json_end(json, ']');
+    }
+    cli_json_end(json, ']');
+    cli_json_end(json, '}');
+  }
+  cli_json_end(json, ']');
+}
+
 static void json_info(const cli_session *session, bool bounded)
 {
   zs_field_info info;
@@ -171,6 +229,7 @@ static void json_info(const cli_session *session, bool bounded)
   cli_json_integer(&json, "choices", (int64_t)info.choices);
   cli_json_integer(&json, "bytes", (int64_t)info.bytes);
   json_fits(&json, session->field, info.fits);
+  json_correspondences(&json, session->field);
   cli_json_end(&json, '}');
   fputc('\n', stdout);
 }

@@ -310,6 +310,10 @@ const cli_option cli_option_table[] = {
    "The axis that the cut is perpendicular to (default z)"},
   {"at", 0, "A", CLI_SLICE, AT(has_at), .parse = parse_at,
    .help = "Where along the axis to cut (default: the middle of the box)"},
+  {"correspondence", 0, NULL, CLI_SLICE, AT(correspondence), .parse = parse_flag,
+   .help = "Draw what becomes what between levels of an interpolation: an arrow for every pair, "
+           "and where the cut is parallel to the levels the outlines on the one below (green) and "
+           "the one above (violet)"},
   {"gradient", 0, NULL, CLI_EVAL, AT(gradient), .parse = parse_flag,
    .help = "Write f and its gradient, four numbers a point"},
   {"binary", 0, NULL, CLI_EVAL, AT(binary), .parse = parse_flag,
@@ -505,6 +509,10 @@ static bool consistent(const cli_options *options)
     return cli_error("--z excludes --axis and --at");
   if (options->command->bit & CLI_EVAL && strcmp(options->scene, "-") == 0)
     return cli_error("eval: standard input holds the points; the scene must be a file");
+  if (options->correspondence && options->quantity == ZS_QUANTITY_INSIDE && options->output &&
+      !cli_ends_with(options->output, ".svg"))
+    return cli_error("--correspondence is drawn over values of f, or in an SVG file; it excludes "
+                     "--quantity inside here");
   if (options->manual && options->node)
     return cli_error("nodes: --manual and a name exclude each other");
   if (options->command->bit & CLI_VOXEL && options->quantity == ZS_QUANTITY_VALUE &&

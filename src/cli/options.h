@@ -59,7 +59,7 @@ typedef struct cli_options {
   size_t seed_count;
   int method, quantity, type, mode, format; /* zs_mesh_method, ... zs_document */
   bool has_type;
-  bool report_json, json, gradient, binary, manual;
+  bool report_json, json, gradient, binary, manual, correspondence;
   bool quiet, no_progress, brute, help;
   unsigned threads;
   uint64_t memory;

@@ -27,7 +27,7 @@ struct zs_compiler {
   /* Equal instructions are emitted once, found by an open-addressing table. */
   entry *table;
   uint32_t table_size;
-  size_t fit_capacity;
+  size_t fit_capacity, correspondence_capacity;
 };
 
 enum { FIRST_CAPACITY = 256 };
@@ -413,22 +413,44 @@ void **zs_compiler_client(zs_compiler *compiler)
   return &compiler->client;
 }
 
+/* Room for one more of `count` things of a size; the capacity doubles.  NULL when memory is
+ * out. */
+static void *room(zs_compiler *compiler, void *things, size_t count, size_t *capacity, size_t size)
+{
+  if (count < *capacity)
+    return things;
+  const size_t next = count ? 2 * count : 4;
+  void *more = zs_arena_alloc(&compiler->field->arena, next, size);
+  if (!more) {
+    compiler->failed = true;
+    return NULL;
+  }
+  if (count)
+    memcpy(more, things, count * size);
+  *capacity = next;
+  return more;
+}
+
 void zs_compiler_add_fit(zs_compiler *compiler, const zs_fit_info *info)
 {
   zs_field *field = compiler->field;
-  if (field->fit_count == compiler->fit_capacity) {
-    size_t capacity = compiler->fit_capacity ? 2 * compiler->fit_capacity : 4;
-    zs_fit_info *fits = ZS_ARENA_NEW(&field->arena, zs_fit_info, capacity);
-    if (!fits) {
-      compiler->failed = true;
-      return;
-    }
-    if (field->fit_count)
-      memcpy(fits, field->fits, field->fit_count * sizeof *fits);
-    field->fits = fits;
-    compiler->fit_capacity = capacity;
-  }
-  field->fits[field->fit_count++] = *info;
+  zs_fit_info *fits =
+    room(compiler, field->fits, field->fit_count, &compiler->fit_capacity, sizeof *fits);
+  if (!fits)
+    return;
+  field->fits = fits;
+  fits[field->fit_count++] = *info;
+}
+
+void zs_compiler_add_correspondence(zs_compiler *compiler, const zs_correspondence *correspondence)
+{
+  zs_field *field = compiler->field;
+  zs_correspondence *all = room(compiler, field->correspondences, field->correspondence_count,
+                                &compiler->correspondence_capacity, sizeof *all);
+  if (!all)
+    return;
+  field->correspondences = all;
+  all[field->correspondence_count++] = *correspondence;
 }
 
 zs_compiler *zs_compiler_new(const zs_control *control, struct zs_cache *cache, zs_diag *diag)

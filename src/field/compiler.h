@@ -60,6 +60,8 @@ zs_diag *zs_compiler_diag(zs_compiler *compiler);
 const zs_control *zs_compiler_control(zs_compiler *compiler);
 /* Record a fit for zs_field_fit; strings are borrowed for the field's life. */
 void zs_compiler_add_fit(zs_compiler *compiler, const zs_fit_info *info);
+/* The same for zs_field_correspondence. */
+void zs_compiler_add_correspondence(zs_compiler *compiler, const zs_correspondence *correspondence);
 
 /* One pointer for the caller's use, initially NULL: the nodes room keeps its
  * memo of compiled nodes there, in the compiler's arena. */

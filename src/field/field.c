@@ -36,6 +36,7 @@ void zs_field_describe(const zs_field *field, zs_field_info *info)
     .choices = zs_program_choices(field->program),
     .fits = field->fit_count,
     .bytes = field->arena.bytes,
+    .correspondences = field->correspondence_count,
   };
   for (size_t i = 0; i < field->fit_count; i++)
     info->bytes += field->fits[i].bytes;
@@ -46,6 +47,15 @@ bool zs_field_fit(const zs_field *field, size_t index, zs_fit_info *info)
   if (index >= field->fit_count)
     return false;
   *info = field->fits[index];
+  return true;
+}
+
+bool zs_field_correspondence(const zs_field *field, size_t index,
+                             zs_correspondence *correspondence)
+{
+  if (index >= field->correspondence_count)
+    return false;
+  *correspondence = field->correspondences[index];
   return true;
 }
 

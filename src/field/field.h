@@ -24,6 +24,8 @@ struct zs_field {
   zs_kept *kept;
   zs_fit_info *fits;
   size_t fit_count;
+  zs_correspondence *correspondences;
+  size_t correspondence_count;
 };
 
 /* Whether two instructions do the same, if perhaps to different inputs. */

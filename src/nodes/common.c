@@ -39,6 +39,23 @@ bool zs_node_check_toward(const zs_node *node, zs_diag *diag, int axis, int towa
                       zs_axis_names[axis]);
 }
 
+double *zs_coordinates_to_scene(zs_compiler *compiler, const zs_coordinates *at,
+                                const double *points, size_t count)
+{
+  double to_scene[12];
+  if (!at->root || !zs_affine_invert(at->matrix, to_scene))
+    return NULL;
+  double *scene = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, 3 * count);
+  if (!scene)
+    zs_fail_memory(zs_compiler_diag(compiler));
+  for (size_t i = 0; scene && i < count; i++)
+    for (size_t k = 0; k < 3; k++) {
+      const double *row = to_scene + 4 * k, *p = points + 3 * i;
+      scene[3 * i + k] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+    }
+  return scene;
+}
+
 zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3])
 {
   const double matrix[12] = {1, 0, 0, -origin[0], 0, 1, 0, -origin[1], 0, 0, 1, -origin[2]};

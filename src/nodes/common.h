@@ -28,6 +28,11 @@ int zs_node_toward(const zs_node *node, int axis, int toward);
 /* Coordinates whose origin is at `origin`. */
 zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origin[3]);
 
+/* Where points of some coordinates (x, y, z triples) are in the scene, for as long as the field;
+ * NULL where no affine map leads there, or memory is out. */
+double *zs_coordinates_to_scene(zs_compiler *compiler, const zs_coordinates *at,
+                                const double *points, size_t count);
+
 /* Invert a 3 x 4 affine matrix; false when it is singular to working
  * precision. */
 bool zs_affine_invert(const double matrix[12], double inverse[12]);

@@ -119,9 +119,10 @@ static bool find_gaps(builder *b, const zs_node *node)
     if (below) {
       const zs_interpolate_centers how = (zs_interpolate_centers)b->settings->centers;
       const zs_node *const levels[2] = {below, part};
-      b->gaps[b->count++] =
-        (gap){below, part, between,
-              zs_between_flows_make(b->compiler, between, levels, how, b->settings->time)};
+      const zs_between_flows flows =
+        zs_between_flows_make(b->compiler, between, levels, how, b->settings->time);
+      zs_between_flows_tell(b->compiler, between, levels, &flows, b->along);
+      b->gaps[b->count++] = (gap){below, part, between, flows};
     }
     below = part;
     between = NULL;

@@ -39,6 +39,8 @@ double zs_between_time(const zs_node *between, double common);
 typedef struct zs_between_flows {
   zs_interpolate_centers centers;
   const zs_flow *side[2];
+  const zs_flow_path *paths; /* that they follow */
+  size_t count;
 } zs_between_flows;
 
 /* Those of a <between>, which may be NULL, from one of two levels to the other, for as long
@@ -46,6 +48,12 @@ typedef struct zs_between_flows {
 zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,
                                        const zs_node *const levels[2],
                                        zs_interpolate_centers centers, double time);
+
+/* Tell of them in the field (zs_field_correspondence).  `along`: where the interpolation is, with
+ * the levels across z. */
+void zs_between_flows_tell(zs_compiler *compiler, const zs_node *between,
+                           const zs_node *const levels[2], const zs_between_flows *flows,
+                           const zs_coordinates *along);
 
 /* Where to evaluate one of a gap's shapes at a point when the shapes have moved by
  * `motion`. */

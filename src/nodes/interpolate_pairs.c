@@ -155,20 +155,23 @@ static const zs_flow *make_flow(zs_compiler *compiler, const pairs *all, zs_flow
   return zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
 }
 
-/* Pairs that are found.  Should they come too near to each other, fewer will not. */
+/* Pairs that are found.  Should they come too near to each other, fewer will not; `flows` is
+ * told which are left. */
 static const zs_flow *find_flow(zs_compiler *compiler, const zs_node *const levels[2],
-                                zs_flow_way way)
+                                zs_flow_way way, zs_between_flows *flows)
 {
   double(*ends)[4];
   size_t count = zs_between_find_pairs(compiler, levels, &ends);
   zs_flow_path *paths = ZS_ARENA_NEW(zs_compiler_arena(compiler), zs_flow_path, count + 1);
   zs_flow *flow = NULL;
   zs_flow_result result = ZS_FLOW_MEET;
+  flows->paths = paths;
   for (size_t step = 1; paths && count && result == ZS_FLOW_MEET; step *= 2) {
     size_t used = 0;
     for (size_t i = 0; i < count; i += step)
       paths[used++] = (zs_flow_path){2, ends[i]};
     result = zs_flow_new(&flow, paths, used, way, NULL);
+    flows->count = used;
   }
   if (!paths || result == ZS_FLOW_MEMORY) {
     zs_fail_memory(zs_compiler_diag(compiler));
@@ -187,8 +190,9 @@ zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *bet
     return flows;
   if (zs_between_is_auto(between)) {
     const bool fixed = centers == ZS_CENTERS_FIXED;
-    flows.side[0] = find_flow(compiler, levels, fixed ? ZS_FLOW_AT_END : ZS_FLOW_COME);
-    flows.side[1] = fixed ? find_flow(compiler, levels, ZS_FLOW_AT_START) : flows.side[0];
+    flows.side[0] = find_flow(compiler, levels, fixed ? ZS_FLOW_AT_END : ZS_FLOW_COME, &flows);
+    flows.side[1] = fixed ? find_flow(compiler, levels, ZS_FLOW_AT_START, &flows)
+                          : flows.side[0];
     if (!flows.side[1])
       flows.side[0] = NULL;
     return flows;
@@ -199,6 +203,8 @@ zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *bet
   }
   if (!all.count)
     return flows;
+  flows.paths = all.paths;
+  flows.count = all.count;
   if (centers == ZS_CENTERS_FIXED) {
     flows.side[0] = make_flow(compiler, &all, ZS_FLOW_AT_END);
     flows.side[1] = flows.side[0] ? make_flow(compiler, &all, ZS_FLOW_AT_START) : NULL;
@@ -208,6 +214,45 @@ zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *bet
                                                    : make_flow(compiler, &all, ZS_FLOW_TO_GO);
   }
   return flows;
+}
+
+void zs_between_flows_tell(zs_compiler *compiler, const zs_node *between,
+                           const zs_node *const levels[2], const zs_between_flows *flows,
+                           const zs_coordinates *along)
+{
+  enum { PLACES = 17 /* of a curve */ };
+  if (!flows->side[0])
+    return;
+  zs_correspondence all = {.element = between->kind->name, .line = between->place.line,
+                           .found = zs_between_is_auto(between), .count = flows->count,
+                           .places = 2};
+  for (int k = 0; k < 2; k++)
+    all.level[k] = zs_level_height(levels[k]);
+  for (size_t i = 0; i < flows->count; i++)
+    all.places = flows->paths[i].count > 2 ? PLACES : all.places;
+  const size_t count = all.count * all.places + 2; /* and a place on either level */
+  double *places = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, 3 * count);
+  if (!places) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return;
+  }
+  for (size_t i = 0; i < all.count * all.places; i++) {
+    const double s = (double)(i % all.places) / (double)(all.places - 1);
+    zs_flow_path_place(&flows->paths[i / all.places], s, places + 3 * i);
+    places[3 * i + 2] = (1 - s) * all.level[0] + s * all.level[1];
+  }
+  places[3 * (count - 2) + 2] = all.level[0];
+  places[3 * (count - 1) + 2] = all.level[1];
+  const double *ways = zs_coordinates_to_scene(compiler, along, places, count);
+  const double *up = along->matrix + 8;
+  const double length = hypot(hypot(up[0], up[1]), up[2]);
+  for (size_t k = 0; ways && k < 3; k++) {
+    all.plane[0][k] = ways[3 * (count - 2) + k];
+    all.plane[1][k] = ways[3 * (count - 1) + k];
+    all.normal[k] = up[k] / length;
+  }
+  all.ways = ways;
+  zs_compiler_add_correspondence(compiler, &all);
 }
 
 zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *flows, int side,

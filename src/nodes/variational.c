@@ -175,34 +175,13 @@ zs_value zs_variational_sum_emit(zs_compiler *compiler, const zs_rbf_sum *sum, c
   return zs_emit_operation(compiler, zs_rbf_sum_operation(sum->kernel), sum, u[0], u[1], u[2]);
 }
 
-/* The points that were fitted, in the scene's coordinates, where these lead there. */
-static double *world_points(zs_compiler *compiler, const zs_variational_fit *fit,
-                            const zs_coordinates *at, size_t *count)
-{
-  double to_world[12];
-  const double *points = fit->points;
-  *count = fit->point_count;
-  if (*count == 0 || !at->root || !zs_affine_invert(at->matrix, to_world))
-    return NULL;
-  double *world = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, 3 * *count);
-  if (!world)
-    zs_fail_memory(zs_compiler_diag(compiler));
-  for (size_t i = 0; world && i < *count; i++)
-    for (size_t k = 0; k < 3; k++) {
-      const double *row = to_world + 4 * k, *p = points + 3 * i;
-      world[3 * i + k] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
-    }
-  return world;
-}
-
 static void describe(zs_compiler *compiler, const zs_node *node, const zs_variational_fit *fit,
                      const zs_coordinates *at)
 {
-  size_t count;
-  const double *points = world_points(compiler, fit, at, &count);
   zs_fit_info info = zs_radial_info(node, fit->rbf);
-  info.points = points;
-  info.point_count = points ? count : 0;
+  if (fit->point_count)
+    info.points = zs_coordinates_to_scene(compiler, at, fit->points, fit->point_count);
+  info.point_count = info.points ? fit->point_count : 0;
   zs_compiler_add_fit(compiler, &info);
 }
 

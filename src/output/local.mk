@@ -5,6 +5,8 @@ zs_sources += \
   src/output/color.h \
   src/output/contour_table.c \
   src/output/contour_table.h \
+  src/output/drawing.c \
+  src/output/drawing.h \
   src/output/grid.c \
   src/output/grid.h \
   src/output/job.c \
@@ -36,6 +38,11 @@ zs_sources += \
   src/output/shade.c \
   src/output/shade.h \
   src/output/slice.c \
+  src/output/slice.h \
+  src/output/slice_correspondence.c \
+  src/output/slice_outline.c \
+  src/output/slice_plane.c \
+  src/output/slice_svg.c \
   src/output/trace.c \
   src/output/trace.h \
   src/output/trace_leaf.c \

@@ -3,167 +3,11 @@
 #include "field/program.h"
 #include "files/image.h"
 #include "output/color.h"
-#include "output/grid.h"
-#include "output/job.h"
+#include "output/slice.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { BRICK = ZS_LATTICE_SIDE /* pixels along the sides of a brick */ };
-
-/* Where the pixels of the picture are.  Cells (i, j) count from the box's low
- * corner along the two axes of the plane; the picture shows them turned. */
-typedef struct plane {
-  int axis, right, up; /* of space */
-  bool mirrored;       /* the picture's right is the axis' low end */
-  double at, pixel;
-  double lo[2];        /* corner of cell (0, 0) */
-  uint32_t count[2];   /* cells, those in the box only */
-  uint32_t column, row; /* the top left pixel of those that show cells */
-  uint32_t width, height;
-} plane;
-
-/* A slice under way. */
-typedef struct slicer {
-  plane plane;
-  float *values;   /* by pixel, NaN outside the box; NULL for INSIDE */
-  uint8_t *pixels; /* by pixel; NULL for VALUE */
-  zs_counter *evaluations; /* by thread */
-} slicer;
-
-void zs_slice_options_init(zs_slice_options *options)
-{
-  *options = (zs_slice_options){.width = 1024, .height = 1024, .axis = 2};
-}
-
-/* Cells of one axis: the pixels whose centres are in lo..hi, when `pixels` of
- * them are centred on it.  Returns the number of pixels before them. */
-static uint32_t plane_side(plane *p, int side, double lo, double hi, uint32_t pixels)
-{
-  double middle = pixels * 0.5, half = (hi - lo) / (2 * p->pixel);
-  double first = ceil(middle - half - 0.5 - 1e-9), last = floor(middle + half - 0.5 + 1e-9);
-  first = fmin(fmax(first, 0), pixels - 1.0);
-  last = fmin(fmax(last, first), pixels - 1.0);
-  p->count[side] = (uint32_t)(last - first) + 1;
-  p->lo[side] = (lo + hi) / 2 + (first - middle) * p->pixel;
-  return (uint32_t)first;
-}
-
-static plane plane_of(const double lo[3], const double hi[3], const zs_slice_options *options)
-{
-  static const int rights[3] = {1, 0, 0}, ups[3] = {2, 2, 1};
-  plane p = {.axis = options->axis,
-             .right = rights[options->axis],
-             .up = ups[options->axis],
-             .mirrored = options->axis == 1,
-             .at = options->at,
-             .width = options->width,
-             .height = options->height};
-  p.pixel = fmax((hi[p.right] - lo[p.right]) / p.width, (hi[p.up] - lo[p.up]) / p.height);
-  uint32_t before = plane_side(&p, 0, lo[p.right], hi[p.right], p.width);
-  p.column = p.mirrored ? p.width - before - p.count[0] : before;
-  before = plane_side(&p, 1, lo[p.up], hi[p.up], p.height);
-  p.row = p.height - before - p.count[1];
-  return p;
-}
-
-/* Index of the leftmost pixel of those that show `count` cells from (i, j) on. */
-static size_t pixel_index(const plane *p, uint32_t i, uint32_t j, uint32_t count)
-{
-  size_t column = p->column + (p->mirrored ? p->count[0] - i - count : i);
-  size_t row = p->row + (p->count[1] - 1 - j);
-  return row * p->width + column;
-}
-
-static uint32_t smaller(uint32_t a, uint32_t b)
-{
-  return a < b ? a : b;
-}
-
-static void uniform(void *visitor, const uint32_t lo[3], const uint32_t hi[3], bool inside)
-{
-  slicer *s = visitor;
-  const plane *p = &s->plane;
-  const uint32_t i = lo[p->right] * BRICK, count = smaller(hi[p->right] * BRICK, p->count[0]) - i;
-  const uint32_t end = smaller(hi[p->up] * BRICK, p->count[1]);
-  for (uint32_t j = lo[p->up] * BRICK; j < end; j++)
-    memset(s->pixels + pixel_index(p, i, j, count), inside ? 255 : 0, count);
-}
-
-/* A row of cells into its pixels; their values are `stride` apart. */
-static void store_row(const slicer *s, uint32_t i, uint32_t j, uint32_t count, const float *f,
-                      size_t stride)
-{
-  const size_t at = pixel_index(&s->plane, i, j, count);
-  float turned[BRICK];
-  const float *row = f;
-  if (s->plane.mirrored || stride != 1) {
-    for (uint32_t k = 0; k < count; k++)
-      turned[s->plane.mirrored ? count - 1 - k : k] = f[k * stride];
-    row = turned;
-  }
-  if (s->values) {
-    memcpy(s->values + at, row, count * sizeof *row);
-    return;
-  }
-  uint8_t *pixels = s->pixels + at;
-#pragma omp simd
-  for (uint32_t k = 0; k < count; k++)
-    pixels[k] = row[k] >= 0 ? 255 : 0;
-}
-
-static void brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,
-                  const zs_program *program)
-{
-  static const size_t stride[3] = {1, ZS_LATTICE_SIDE, ZS_LATTICE_SIDE * ZS_LATTICE_SIDE};
-  slicer *s = visitor;
-  const plane *p = &s->plane;
-  const int axis[2] = {p->right, p->up};
-  const float pixel = (float)p->pixel;
-  zs_lattice lattice;
-  double origin[3];
-  uint32_t from[2];
-  origin[p->axis] = p->at;
-  lattice.count[p->axis] = 1;
-  lattice.at[p->axis][0] = 0;
-  for (int k = 0; k < 2; k++) {
-    from[k] = index[axis[k]] * BRICK;
-    origin[axis[k]] = p->lo[k] + p->pixel * from[k];
-    lattice.count[axis[k]] = smaller(BRICK, p->count[k] - from[k]);
-    for (unsigned i = 0; i < BRICK; i++)
-      lattice.at[axis[k]][i] = ((float)i + 0.5f) * pixel;
-  }
-  lattice.frame = zs_frame_at(origin);
-  float f[ZS_LATTICE_SIDE * ZS_LATTICE_SIDE * ZS_LATTICE_SIDE];
-  s->evaluations[thread].count +=
-    zs_program_lattice(eval, program, &lattice, ZS_REQUEST_VALUE, false, f);
-  for (uint32_t j = 0; j < lattice.count[p->up]; j++)
-    store_row(s, from[0], from[1] + j, lattice.count[p->right], f + j * stride[p->up],
-              stride[p->right]);
-}
-
-static bool sample(slicer *s, zs_field *field, const zs_control *control, zs_diag *diag)
-{
-  const plane *p = &s->plane;
-  zs_walk walk = {.field = field,
-                  .request = s->values ? ZS_REQUEST_VALUE : ZS_REQUEST_SIGN,
-                  .control = control,
-                  .stage = "slice",
-                  .progress_to = 1,
-                  .visitor = s,
-                  .uniform = s->values ? NULL : uniform,
-                  .brick = brick};
-  walk.lo[p->axis] = p->at;
-  walk.size[p->axis] = 0;
-  walk.count[p->axis] = 1;
-  walk.lo[p->right] = p->lo[0];
-  walk.lo[p->up] = p->lo[1];
-  walk.size[p->right] = walk.size[p->up] = p->pixel * BRICK;
-  walk.count[p->right] = (p->count[0] - 1) / BRICK + 1;
-  walk.count[p->up] = (p->count[1] - 1) / BRICK + 1;
-  return zs_walk_run(&walk, diag);
-}
 
 /* ---- The field as colours ------------------------------------------------------ */
 
@@ -221,6 +65,17 @@ static double nice(double least)
   return 10 * power;
 }
 
+float zs_slice_scale(const float *values, size_t n)
+{
+  const float scale = magnitude(values, n, COLOURED);
+  return scale < 0 ? scale : fmaxf(scale, SMALLEST_SCALE);
+}
+
+float zs_slice_spacing(float scale)
+{
+  return scale < 0 ? 1 : (float)nice((double)scale / LINES);
+}
+
 /* A palette of three colours from 0 to 1. */
 static zs_color palette(const zs_color stops[3], float t)
 {
@@ -265,7 +120,7 @@ static float line_darkness(float f, float gradient, float spacing)
 }
 
 /* Paint a row of pixels, counted from the first that shows cells. */
-static void paint_row(const plane *p, const float *values, uint32_t row, float scale,
+static void paint_row(const zs_slice_plane *p, const float *values, uint32_t row, float scale,
                       float spacing, uint8_t *pixels)
 {
   static const zs_color unknown = {0.55f, 0.55f, 0.55f}, ink = {0.07f, 0.07f, 0.09f};
@@ -286,15 +141,13 @@ static void paint_row(const plane *p, const float *values, uint32_t row, float s
 }
 
 /* Paint all values; what is outside the box is paper. */
-static bool paint(const plane *p, const float *values, uint8_t *pixels, unsigned threads,
+static bool paint(const zs_slice_plane *p, const float *values, uint8_t *pixels, unsigned threads,
                   zs_diag *diag)
 {
   const size_t n = (size_t)p->width * p->height;
-  float scale = magnitude(values, n, COLOURED);
+  const float scale = zs_slice_scale(values, n), spacing = zs_slice_spacing(scale);
   if (scale < 0)
     return zs_fail_memory(diag);
-  scale = fmaxf(scale, SMALLEST_SCALE);
-  float spacing = (float)nice((double)scale / LINES);
   memset(pixels, PAPER, 3 * n);
 #pragma omp parallel for num_threads(threads)
   for (uint32_t row = 0; row < p->count[1]; row++)
@@ -304,66 +157,31 @@ static bool paint(const plane *p, const float *values, uint8_t *pixels, unsigned
 
 /* ---- The job --------------------------------------------------------------------- */
 
-static bool options_check(const double lo[3], const double hi[3], const zs_slice_options *options,
-                          zs_diag *diag)
+static bool overlay(const zs_slicer *s, zs_field *field, zs_image *image, const zs_control *control,
+                    zs_diag *diag)
 {
-  static const char axes[] = "xyz";
-  if (options->axis < 0 || options->axis > 2)
-    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL, "the axis is %d; expected 0, 1 or 2",
-                   options->axis);
-  if (!zs_image_size_check(options->width, options->height, diag) || !zs_box_check(lo, hi, diag))
-    return false;
-  const int axis = options->axis;
-  if (!(options->at >= lo[axis] && options->at <= hi[axis]))
-    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
-                   "the slice at %c = %g misses the box, which goes from %g to %g", axes[axis],
-                   options->at, lo[axis], hi[axis]);
-  return true;
-}
-
-static uint64_t count_inside(const slicer *s)
-{
-  const size_t n = (size_t)s->plane.width * s->plane.height;
-  if (!s->values)
-    return zs_count_odd(s->pixels, n);
-  uint64_t count = 0;
-  for (size_t i = 0; i < n; i++)
-    count += s->values[i] >= 0;
-  return count;
+  zs_drawing drawing = {0};
+  const bool good = zs_slice_correspondences(&drawing, &s->plane, field, control, diag) &&
+                    (zs_drawing_paint(&drawing, image) || zs_fail_memory(diag));
+  zs_drawing_clear(&drawing);
+  return good;
 }
 
 /* Sample and paint into an image that is allocated. */
-static bool run(slicer *s, zs_field *field, zs_image *image, const zs_control *control,
-                zs_job_report *report, zs_diag *diag)
+static bool run(zs_slicer *s, zs_field *field, const zs_slice_options *options, zs_image *image,
+                const zs_control *control, zs_job_report *report, zs_diag *diag)
 {
   double start = zs_seconds();
-  if (!sample(s, field, control, diag))
+  if (!zs_slicer_sample(s, field, control, diag))
     return false;
   double sampled = zs_seconds();
   if (s->values && !paint(&s->plane, s->values, image->pixels, report->threads, diag))
     return false;
+  if (options->correspondence && !overlay(s, field, image, control, diag))
+    return false;
   report->seconds_evaluate = sampled - start;
   report->seconds_assemble = zs_seconds() - sampled;
   report->evaluations = zs_counters_sum(s->evaluations, report->threads);
-  return true;
-}
-
-/* The buffers of a slice; false after reporting. */
-static bool prepare(slicer *s, zs_quantity quantity, zs_image *image, unsigned threads,
-                    zs_diag *diag)
-{
-  const plane *p = &s->plane;
-  const size_t n = (size_t)p->width * p->height;
-  const bool coloured = quantity == ZS_QUANTITY_VALUE;
-  s->evaluations = zs_counters_new(threads);
-  s->values = coloured ? malloc(n * sizeof *s->values) : NULL;
-  if (!s->evaluations || (coloured && !s->values))
-    return zs_fail_memory(diag);
-  for (size_t i = 0; coloured && i < n; i++)
-    s->values[i] = NAN;
-  if (!zs_image_allocate(image, p->width, p->height, coloured ? 3 : 1, diag))
-    return false;
-  s->pixels = coloured ? NULL : image->pixels;
   return true;
 }
 
@@ -372,23 +190,30 @@ bool zs_slice(zs_field *field, const double lo[3], const double hi[3],
               const zs_control *control, zs_job_report *report, zs_diag *diag)
 {
   *image = (zs_image){0};
-  if (!options_check(lo, hi, options, diag))
+  if (!zs_slice_options_check(lo, hi, options, diag))
     return false;
-  slicer s = {.plane = plane_of(lo, hi, options)};
+  zs_slicer s = {.plane = zs_slice_plane_of(lo, hi, options)};
   zs_job_report job = {.threads = zs_control_threads(control)};
   const bool coloured = options->quantity == ZS_QUANTITY_VALUE;
+  if (options->correspondence && !coloured)
+    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
+                   "arrows are drawn over values; expected quantity VALUE, or an SVG file");
   job.peak_bytes =
-    (uint64_t)options->width * options->height * (coloured ? 3 + sizeof(float) : 1);
+    (uint64_t)options->width * options->height * (coloured ? 3 + sizeof(float) : 2);
   bool done = zs_memory_check(control, job.peak_bytes, "the picture", diag) &&
-              prepare(&s, options->quantity, image, job.threads, diag) &&
-              run(&s, field, image, control, &job, diag);
+              (zs_slicer_prepare(&s, options->quantity, job.threads) || zs_fail_memory(diag)) &&
+              zs_image_allocate(image, options->width, options->height, coloured ? 3 : 1, diag) &&
+              run(&s, field, options, image, control, &job, diag);
   if (done && inside)
-    *inside = count_inside(&s);
+    *inside = zs_slicer_inside(&s);
+  if (done && s.pixels)
+    memcpy(image->pixels, s.pixels, (size_t)options->width * options->height);
   if (done && report)
     *report = job;
   if (!done)
     zs_image_clear(image);
   free(s.values);
+  free(s.pixels);
   free(s.evaluations);
   return done;
 }

@@ -29,6 +29,9 @@ typedef struct zs_flow_path {
   const double *points;
 } zs_flow_path;
 
+/* Where an anchor on a path is at s, from 0 to 1. */
+void zs_flow_path_place(const zs_flow_path *path, double s, double at[2]);
+
 /* Where the anchors are, and what is interpolated there. */
 typedef enum zs_flow_way {
   ZS_FLOW_COME,     /* on their paths: how far they have come, by s */

@@ -39,7 +39,7 @@ typedef struct maker {
 /* ---- Paths ----------------------------------------------------------------------- */
 
 /* Cubic pieces through the points, with slopes along the chords between neighbours. */
-static void place_on(const zs_flow_path *path, double s, double at[2])
+void zs_flow_path_place(const zs_flow_path *path, double s, double at[2])
 {
   const double *p = path->points;
   const size_t last = path->count - 1;
@@ -66,7 +66,7 @@ static void place_of(const maker *m, size_t i, double s, double at[2])
 {
   const zs_flow_path *path = &m->paths[i];
   if (m->way == ZS_FLOW_COME || m->way == ZS_FLOW_TO_GO)
-    place_on(path, s, at);
+    zs_flow_path_place(path, s, at);
   else
     memcpy(at, m->way == ZS_FLOW_AT_START ? path->points : end_of(path), 2 * sizeof *at);
 }

@@ -206,6 +206,10 @@ static void test_wrong_command_lines(void **state)
     {"render|s.xml|-o|v.png|--size|99999x600", "--size: '99999x600'"},
     {"slice|s.xml|-o|v.png|--z|1|--axis|x", "--z excludes"},
     {"slice|s.xml|-o|v.png|--axis|w", "x, y or z"},
+    {"slice|s.xml|-o|v.jpg", "one of .png .svg"},
+    {"slice|s.xml|-o|v.png|--correspondence|--quantity|inside", "--correspondence is drawn"},
+    {"slice|s.xml|-o|v.png|--correspondence=yes", "takes no value"},
+    {"render|s.xml|-o|v.png|--correspondence", "--correspondence"},
     {"slice|s.xml|-o|v.png|--at|one", "--at: 'one'"},
     {"eval|-", "the scene must be a file"},
     {"nodes|torus|box", "unexpected argument 'box'"},
@@ -434,11 +438,36 @@ static void test_volume_and_slice_report_what_is_inside(void **state)
   double part = member(r.out, "inside") / 8000;
   assert_true(fabs(part - 0.5236) < 0.02);
   done(&r);
-  r = zeroset("slice|s.xml|-o|v.png|--size|100x100|--bounds|-1 -1 -1 1 1 1|--quantity|inside|"
-              "--report|json", NULL);
+  static const char *const slices[] = {
+    "slice|s.xml|-o|v.png|--size|100x100|--bounds|-1 -1 -1 1 1 1|--quantity|inside|--report|json",
+    "slice|s.xml|-o|v.svg|--size|100x100|--bounds|-1 -1 -1 1 1 1|--quantity|inside|--report|json",
+    "slice|s.xml|-o|v.svg|--size|100x100|--bounds|-1 -1 -1 1 1 1|--correspondence|--report|json"};
+  for (int i = 0; i < 3; i++) {
+    r = zeroset(slices[i], NULL);
+    assert_int_equal(r.status, 0);
+    part = member(r.out, "inside") / 10000;
+    assert_true(fabs(part - 0.7854) < 0.02);
+    assert_true(member(r.out, "width") == 100);
+    done(&r);
+  }
+}
+
+/* What becomes what is told, in words and as data. */
+static void test_info_tells_of_pairs(void **state)
+{
+  (void)state;
+  write_file("i.xml", "<scene><interpolate at='0 0 7'><level at='0'><circle radius='1'/></level>"
+                      "<between><pair from='0 0' to='3 4'/><pair from='0 1' to='3 4.5'/></between>"
+                      "<level at='2'><circle radius='1' at='3 4 0'/></level></interpolate></scene>");
+  run r = zeroset("info|i.xml", NULL);
   assert_int_equal(r.status, 0);
-  part = member(r.out, "inside") / 10000;
-  assert_true(fabs(part - 0.7854) < 0.02);
+  assert_non_null(strstr(r.out, "from level 0 to 2: 2 given, of which the longest goes 5\n"));
+  done(&r);
+  r = zeroset("info|i.xml|--json", NULL);
+  assert_int_equal(r.status, 0);
+  assert_non_null(strstr(r.out, "\"pairs\": \"given\""));
+  assert_non_null(strstr(r.out, "[0, 0, 7, 3, 4, 9]"));
+  assert_true(member(r.out, "longest") == 5);
   done(&r);
 }
 
@@ -703,6 +732,7 @@ int main(void)
     cmocka_unit_test(test_info_of_an_unbounded_solid),
     cmocka_unit_test(test_mesh_report),
     cmocka_unit_test(test_volume_and_slice_report_what_is_inside),
+    cmocka_unit_test(test_info_tells_of_pairs),
     cmocka_unit_test(test_sweep_names_its_files),
     cmocka_unit_test(test_render_views),
     cmocka_unit_test(test_eval_text),

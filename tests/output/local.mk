@@ -31,3 +31,6 @@ tests_output_test_voxelize_SOURCES = \
 zs_tests += tests/output/test_roots
 tests_output_test_roots_SOURCES = \
   tests/output/test_roots.c tests/output/formula.h tests/random.h
+zs_tests += tests/output/test_slice_lines
+tests_output_test_slice_lines_SOURCES = \
+  tests/output/test_slice_lines.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
