@@ -1,5 +1,6 @@
 #include "output/camera.h"
 
+#include "base/vector3.h"
 #include "base/diagnostic.h"
 
 #include <math.h>
@@ -47,18 +48,6 @@ bool zs_view_named(zs_view *view, const char *name, zs_diag *diag)
 
 /* ---- Vectors --------------------------------------------------------------------- */
 
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 /* False for vectors without a direction. */
 static bool normalize(double a[3])
 {
@@ -67,7 +56,7 @@ static bool normalize(double a[3])
     return false;
   for (int k = 0; k < 3; k++)
     a[k] /= largest;
-  double length = sqrt(dot(a, a));
+  double length = sqrt(zs_dot3(a, a));
   for (int k = 0; k < 3; k++)
     a[k] /= length;
   return isfinite(length);
@@ -91,12 +80,12 @@ static bool set_axes(zs_camera *camera, const zs_view *view, zs_diag *diag)
     double along[3] = {ups[i][0], ups[i][1], ups[i][2]};
     if (!normalize(along))
       continue;
-    cross(forward, along, right);
-    if (dot(right, right) > 1e-12)
+    zs_cross3(forward, along, right);
+    if (zs_dot3(right, right) > 1e-12)
       break;
   }
   normalize(right);
-  cross(right, forward, up);
+  zs_cross3(right, forward, up);
   return true;
 }
 
@@ -108,7 +97,7 @@ static void corner(const zs_camera *camera, const zs_box *box, int i, const doub
   for (int k = 0; k < 3; k++)
     offset[k] = (i >> k & 1 ? box->hi[k] : box->lo[k]) - from[k];
   for (int k = 0; k < 3; k++)
-    at[k] = dot(camera->frame.axes[k], offset);
+    at[k] = zs_dot3(camera->frame.axes[k], offset);
 }
 
 /* Half the picture's width and height when its half height is 1. */

@@ -1,5 +1,7 @@
 #include "rbf/contour.h"
 
+#include "base/vector3.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -20,12 +22,6 @@ typedef struct tracer {
   double spacing;
   zs_diag *diag;
 } tracer;
-
-static void cross(const double a[3], const double b[3], double result[3])
-{
-  for (int k = 0; k < 3; k++)
-    result[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
 
 static double length_of(const double v[3])
 {
@@ -100,7 +96,7 @@ static edge edge_between(const tracer *t, const double a[2], const double b[2], 
   e.length = length_of(e.direction);
   for (int k = 0; e.length > 0 && k < 3; k++)
     e.direction[k] /= e.length;
-  cross(e.direction, t->across, e.normal);
+  zs_cross3(e.direction, t->across, e.normal);
   for (int k = 0; !left && k < 3; k++)
     e.normal[k] = -e.normal[k];
   return e;
@@ -222,7 +218,7 @@ bool zs_rbf_contour_add(zs_rbf_samples *list, const zs_rings *rings, const zs_rb
 {
   tracer t = {.list = list, .rings = rings, .plane = plane, .diag = diag};
   t.spacing = isnan(spacing) ? SPACING * size_of(rings, plane) : spacing;
-  cross(plane->u, plane->v, t.across);
+  zs_cross3(plane->u, plane->v, t.across);
   const double length = length_of(t.across);
   for (int k = 0; k < 3; k++)
     t.across[k] /= length;

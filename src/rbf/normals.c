@@ -1,5 +1,6 @@
 #include "rbf/normals.h"
 
+#include "base/vector3.h"
 #include "field/program.h"
 #include "rbf/nearest.h"
 
@@ -26,11 +27,6 @@ typedef struct cloud {
   uint32_t *neighbour;  /* `neighbours` each */
   zs_rbf_clusters *clusters;
 } cloud;
-
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* ---- Planes -------------------------------------------------------------------- */
 
@@ -137,8 +133,8 @@ static double agreement(const cloud *c, size_t i, size_t j)
   double e[3];
   for (int k = 0; k < 3; k++)
     e[k] = c->positions[3 * j + (size_t)k] - c->positions[3 * i + (size_t)k];
-  const double square = dot(e, e);
-  return dot(n, m) - (square > 0 ? 2 * dot(n, e) * dot(m, e) / square : 0);
+  const double square = zs_dot3(e, e);
+  return zs_dot3(n, m) - (square > 0 ? 2 * zs_dot3(n, e) * zs_dot3(m, e) / square : 0);
 }
 
 static int by_weight(const void *a, const void *b)
@@ -234,9 +230,9 @@ static void face_outwards(const cloud *c, const uint32_t *part, size_t count)
     double d[3];
     for (size_t k = 0; k < 3; k++)
       d[k] = c->positions[3 * part[i] + k] - middle[k];
-    if (dot(d, d) > farthest) {
-      farthest = dot(d, d);
-      outward = dot(d, c->normals + 3 * part[i]);
+    if (zs_dot3(d, d) > farthest) {
+      farthest = zs_dot3(d, d);
+      outward = zs_dot3(d, c->normals + 3 * part[i]);
     }
   }
   for (size_t i = 0; outward < 0 && i < count; i++)

@@ -1,5 +1,6 @@
 #include "rbf/rigid.h"
 
+#include "base/vector3.h"
 #include "rbf/dense.h"
 
 #include <math.h>
@@ -11,17 +12,6 @@ zs_rigid zs_rigid_identity(void)
 }
 
 /* ---- Rotations ------------------------------------------------------------------------ */
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-  for (int k = 0; k < 3; k++)
-    c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* The rotation (3 x 3, row-major) by `angle` about an axis of length 1: Rodrigues. */
 static void rotation(const double axis[3], double angle, double r[9])
@@ -73,15 +63,15 @@ static void set_turn(zs_rigid *rigid, const double from[3], const double to[3])
 {
   double axis[3];
   *rigid = zs_rigid_identity();
-  cross(from, to, axis);
-  rigid->angle = atan2(sqrt(dot(axis, axis)), dot(from, to));
-  if (!(dot(axis, axis) > 1e-24)) {
+  zs_cross3(from, to, axis);
+  rigid->angle = atan2(sqrt(zs_dot3(axis, axis)), zs_dot3(from, to));
+  if (!(zs_dot3(axis, axis) > 1e-24)) {
     const double z[3] = {0, 0, 1}, x[3] = {1, 0, 0};
     const double *upright = fabs(from[2]) < 0.9 ? z : x;
     for (int k = 0; k < 3; k++)
-      axis[k] = upright[k] - dot(upright, from) * from[k];
+      axis[k] = upright[k] - zs_dot3(upright, from) * from[k];
   }
-  const double size = sqrt(dot(axis, axis));
+  const double size = sqrt(zs_dot3(axis, axis));
   for (int k = 0; k < 3; k++)
     rigid->axis[k] = axis[k] / size;
 }
@@ -130,8 +120,8 @@ static bool set_nearest(zs_rigid *rigid, const double m[9])
     for (int k = 0; k < 3; k++)
       for (int i = 0; i < 3; i++)
         v[3 * k + i] = span.right[3 * i + k];
-    cross(u, u + 3, normal);
-    cross(v, v + 3, other);
+    zs_cross3(u, u + 3, normal);
+    zs_cross3(v, v + 3, other);
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++)
         r[3 * i + j] = u[i] * v[j] + u[3 + i] * v[3 + j] + normal[i] * other[j];

@@ -1,5 +1,7 @@
 #include "samples/triangles.h"
 
+#include "base/vector3.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,23 +22,6 @@ static double least(double a, double b)
 static double greatest(double a, double b)
 {
   return a > b ? a : b;
-}
-
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void subtract(const double a[3], const double b[3], double out[3])
-{
-  for (int k = 0; k < 3; k++)
-    out[k] = a[k] - b[k];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-  for (int k = 0; k < 3; k++)
-    out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
 /* ---- The tree of boxes ------------------------------------------------------------- */
@@ -125,12 +110,12 @@ static zs_triangle triangle_of(const double *positions, const uint32_t corner[3]
   zs_triangle t = {.corner = {corner[0], corner[1], corner[2]}};
   const double *a = positions + 3 * (size_t)corner[0];
   memcpy(t.a, a, sizeof t.a);
-  subtract(positions + 3 * (size_t)corner[1], a, t.ab);
-  subtract(positions + 3 * (size_t)corner[2], a, t.ac);
-  cross(t.ab, t.ac, t.normal);
-  const double length = sqrt(dot(t.normal, t.normal));
+  zs_subtract3(positions + 3 * (size_t)corner[1], a, t.ab);
+  zs_subtract3(positions + 3 * (size_t)corner[2], a, t.ac);
+  zs_cross3(t.ab, t.ac, t.normal);
+  const double length = sqrt(zs_dot3(t.normal, t.normal));
   /* Of a sliver that is nothing but rounding, the normal would be too. */
-  const bool flat = !(length > 1e-13 * (dot(t.ab, t.ab) + dot(t.ac, t.ac)));
+  const bool flat = !(length > 1e-13 * (zs_dot3(t.ab, t.ab) + zs_dot3(t.ac, t.ac)));
   for (int k = 0; k < 3; k++)
     t.normal[k] = flat ? 0 : t.normal[k] / length;
   return t;
@@ -142,8 +127,8 @@ static double typical_side(const zs_triangle *triangles, uint32_t count)
   double area2 = 0;
   for (uint32_t i = 0; i < count; i++) {
     double normal[3];
-    cross(triangles[i].ab, triangles[i].ac, normal);
-    area2 += sqrt(dot(normal, normal));
+    zs_cross3(triangles[i].ab, triangles[i].ac, normal);
+    area2 += sqrt(zs_dot3(normal, normal));
   }
   return sqrt(area2 / count);
 }
@@ -207,11 +192,11 @@ static double box_distance2(const zs_triangle_box *box, const double p[3])
  * (Ericson, "Real-time collision detection", 2005, 5.1.5). */
 static void nearest_weights(const zs_triangle *t, const double ap[3], double *v, double *w)
 {
-  const double d1 = dot(t->ab, ap), d2 = dot(t->ac, ap);
+  const double d1 = zs_dot3(t->ab, ap), d2 = zs_dot3(t->ac, ap);
   *v = *w = 0;
   if (d1 <= 0 && d2 <= 0)
     return;
-  const double bb = dot(t->ab, t->ab), bc = dot(t->ab, t->ac), cc = dot(t->ac, t->ac);
+  const double bb = zs_dot3(t->ab, t->ab), bc = zs_dot3(t->ab, t->ac), cc = zs_dot3(t->ac, t->ac);
   const double d3 = d1 - bb, d4 = d2 - bc, d5 = d1 - bc, d6 = d2 - cc;
   const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
   if (d3 >= 0 && d4 <= d3) {
@@ -233,19 +218,19 @@ static void nearest_weights(const zs_triangle *t, const double ap[3], double *v,
 /* The way to a point from the nearest point of an edge that begins at the origin. */
 static double edge_distance2(const double p[3], const double edge[3], double from[3])
 {
-  const double square = dot(edge, edge), along = dot(p, edge);
+  const double square = zs_dot3(edge, edge), along = zs_dot3(p, edge);
   const double t = along <= 0 || square == 0 ? 0 : along >= square ? 1 : along / square;
   for (int k = 0; k < 3; k++)
     from[k] = p[k] - t * edge[k];
-  return dot(from, from);
+  return zs_dot3(from, from);
 }
 
 /* Of a triangle without an area, which is no more than its edges. */
 static double line_distance2(const zs_triangle *t, const double ap[3], double from[3])
 {
   double bp[3], bc[3], other[3];
-  subtract(ap, t->ab, bp);
-  subtract(t->ac, t->ab, bc);
+  zs_subtract3(ap, t->ab, bp);
+  zs_subtract3(t->ac, t->ab, bc);
   double best = edge_distance2(ap, t->ab, from);
   for (int i = 0; i < 2; i++) {
     const double d = i ? edge_distance2(bp, bc, other) : edge_distance2(ap, t->ac, other);
@@ -260,14 +245,14 @@ static double line_distance2(const zs_triangle *t, const double ap[3], double fr
 double zs_triangle_distance2(const zs_triangle *t, const double p[3], double from[3])
 {
   double ap[3], v, w;
-  subtract(p, t->a, ap);
-  if (dot(t->normal, t->normal) == 0)
+  zs_subtract3(p, t->a, ap);
+  if (zs_dot3(t->normal, t->normal) == 0)
     return line_distance2(t, ap, from);
   nearest_weights(t, ap, &v, &w);
-  const double height = v < 0 ? dot(t->normal, ap) : 0;
+  const double height = v < 0 ? zs_dot3(t->normal, ap) : 0;
   for (int k = 0; k < 3; k++)
     from[k] = v < 0 ? height * t->normal[k] : ap[k] - v * t->ab[k] - w * t->ac[k];
-  return dot(from, from);
+  return zs_dot3(from, from);
 }
 
 uint32_t zs_triangles_guess(const zs_triangles *s, const double p[3])
