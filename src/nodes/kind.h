@@ -62,7 +62,8 @@ typedef struct zs_attribute {
   zs_range range;
   double minimum, maximum;
   const char *const *choices; /* NULL-terminated; of a ZS_NUMBER: words that may be written
-                                 instead of a number ("auto") and leave NaN */
+                                 instead of a number: the first ("auto") leaves NaN, a second
+                                 one ("none") infinity */
   const char *doc;
 } zs_attribute;
 

@@ -103,5 +103,7 @@ zs_sources += \
   src/nodes/variational_mesh.c \
   src/nodes/variational_parts.c \
   src/nodes/variational_plane.c \
+  src/nodes/variational_surface.c \
+  src/nodes/variational_surface.h \
   src/nodes/variational_warp.c \
   src/nodes/volume.c

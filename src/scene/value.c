@@ -525,8 +525,9 @@ static int find_choice(const input *in)
 
 static bool read_numbers(const input *in, void *field)
 {
-  if (in->row->type == ZS_NUMBER && in->row->choices && find_choice(in) >= 0) {
-    *(double *)field = NAN;
+  const int word = in->row->type == ZS_NUMBER && in->row->choices ? find_choice(in) : -1;
+  if (word >= 0) {
+    *(double *)field = word == 0 ? NAN : INFINITY;
     return true;
   }
   size_t count = 0;

@@ -157,7 +157,8 @@ bool scene_bunny(text *t, unsigned n)
 {
   (void)n;
   text_append(t, "<scene><domain min='-5.6 -6.4 -0.6' max='4.7 4.6 10.4'/>"
-                 "<variational sides='in' rotate='90 0 60'><mesh src='bunny.obj'/></variational>"
+                 "<variational sides='in' rotate='90 0 60'><mesh src='bunny.obj' deviation='none'/>"
+                 "</variational>"
                  "</scene>");
   return true;
 }
