@@ -8,14 +8,14 @@
 static double from_segment(const double a[3], const double b[3], const double x[3], double way[3])
 {
   double ab[3], ax[3];
-  zs_vector_difference(b, a, ab);
-  zs_vector_difference(x, a, ax);
-  const double length2 = zs_vector_dot(ab, ab);
-  double t = length2 > 0 ? zs_vector_dot(ax, ab) / length2 : 0;
+  zs_subtract3(b, a, ab);
+  zs_subtract3(x, a, ax);
+  const double length2 = zs_dot3(ab, ab);
+  double t = length2 > 0 ? zs_dot3(ax, ab) / length2 : 0;
   t = t < 0 ? 0 : t > 1 ? 1 : t;
   for (int k = 0; k < 3; k++)
     way[k] = ax[k] - t * ab[k];
-  return zs_vector_dot(way, way);
+  return zs_dot3(way, way);
 }
 
 /* The same for a triangle: its plane where the foot is inside, and else its sides. */
@@ -24,21 +24,21 @@ static double from_triangle(const zs_skeleton_piece *piece, const double x[3], d
   const double(*corner)[3] = piece->corner;
   double side[3][3], normal[3], ax[3], in_plane[3];
   for (int i = 0; i < 3; i++)
-    zs_vector_difference(corner[(i + 1) % 3], corner[i], side[i]);
-  zs_vector_cross(side[0], side[1], normal);
-  const double area2 = zs_vector_dot(normal, normal);
+    zs_subtract3(corner[(i + 1) % 3], corner[i], side[i]);
+  zs_cross3(side[0], side[1], normal);
+  const double area2 = zs_dot3(normal, normal);
   bool inside = area2 > 0;
   for (int i = 0; i < 3 && inside; i++) {
-    zs_vector_difference(x, corner[i], ax);
-    zs_vector_cross(side[i], ax, in_plane);
-    inside = zs_vector_dot(in_plane, normal) >= 0;
+    zs_subtract3(x, corner[i], ax);
+    zs_cross3(side[i], ax, in_plane);
+    inside = zs_dot3(in_plane, normal) >= 0;
   }
   if (inside) {
-    zs_vector_difference(x, corner[0], ax);
-    const double across = zs_vector_dot(ax, normal) / area2;
+    zs_subtract3(x, corner[0], ax);
+    const double across = zs_dot3(ax, normal) / area2;
     for (int k = 0; k < 3; k++)
       way[k] = across * normal[k];
-    return zs_vector_dot(way, way);
+    return zs_dot3(way, way);
   }
   double least = INFINITY;
   for (int i = 0; i < 3; i++) {
@@ -127,7 +127,7 @@ static along integrals(double d2, double t1, double t2)
 
 static double cauchy_point(const double x[3], double slope[3])
 {
-  const double r = 1 / (1 + zs_vector_dot(x, x));
+  const double r = 1 / (1 + zs_dot3(x, x));
   for (int k = 0; k < 3; k++)
     slope[k] = -4 * r * r * r * x[k];
   return r * r;
@@ -136,15 +136,15 @@ static double cauchy_point(const double x[3], double slope[3])
 /* x: from the segment's first point; ab: along it. */
 static double cauchy_segment(const double x[3], const double ab[3], double slope[3])
 {
-  const double length = sqrt(zs_vector_dot(ab, ab));
+  const double length = sqrt(zs_dot3(ab, ab));
   slope[0] = slope[1] = slope[2] = 0;
   if (!(length > 0))
     return 0;
-  const double at = zs_vector_dot(x, ab) / length;
+  const double at = zs_dot3(x, ab) / length;
   double way[3];
   for (int k = 0; k < 3; k++)
     way[k] = x[k] - at / length * ab[k];
-  const double d2 = 1 + zs_vector_dot(way, way), t1 = -at, t2 = length - at;
+  const double d2 = 1 + zs_dot3(way, way), t1 = -at, t2 = length - at;
   const along a = integrals(d2, t1, t2);
   const double r1 = 1 / (d2 + t1 * t1), r2 = 1 / (d2 + t2 * t2);
   for (int k = 0; k < 3; k++)
@@ -157,21 +157,21 @@ static double cauchy_triangle(const double x[3][3], double slope[3])
 {
   double side[3][3], normal[3], flux = 0, flux_slope = 0;
   for (int i = 0; i < 3; i++)
-    zs_vector_difference(x[(i + 1) % 3], x[i], side[i]);
-  zs_vector_cross(side[0], side[1], normal);
-  const double area = sqrt(zs_vector_dot(normal, normal));
+    zs_subtract3(x[(i + 1) % 3], x[i], side[i]);
+  zs_cross3(side[0], side[1], normal);
+  const double area = sqrt(zs_dot3(normal, normal));
   slope[0] = slope[1] = slope[2] = 0;
   if (!(area > 0))
     return 0;
   for (int k = 0; k < 3; k++)
     normal[k] /= area;
-  const double height = -zs_vector_dot(x[0], normal), q = 1 + height * height;
+  const double height = -zs_dot3(x[0], normal), q = 1 + height * height;
   for (int i = 0; i < 3; i++) {
-    const double length = sqrt(zs_vector_dot(side[i], side[i]));
+    const double length = sqrt(zs_dot3(side[i], side[i]));
     double outward[3];
-    zs_vector_cross(side[i], normal, outward);
-    const double t1 = zs_vector_dot(x[i], side[i]) / length;
-    const double out = zs_vector_dot(x[i], outward) / length;
+    zs_cross3(side[i], normal, outward);
+    const double t1 = zs_dot3(x[i], side[i]) / length;
+    const double out = zs_dot3(x[i], outward) / length;
     const along a = integrals(q + out * out, t1, t1 + length);
     flux += out * a.i;
     flux_slope += out * (a.i / q + a.g);
@@ -197,7 +197,7 @@ static double cauchy(const zs_skeleton_piece *piece, double radius, const double
     return cauchy_point(from, slope);
   if (piece->shape == ZS_SKELETON_TRIANGLE)
     return cauchy_triangle((const double(*)[3])x, slope);
-  zs_vector_difference(x[1], x[0], ab);
+  zs_subtract3(x[1], x[0], ab);
   return cauchy_segment(from, ab, slope);
 }
 

@@ -16,12 +16,12 @@ static double measure_of(const zs_skeleton_piece *piece)
   double ab[3], ac[3], normal[3];
   if (piece->shape == ZS_SKELETON_POINT)
     return 1;
-  zs_vector_difference(piece->corner[1], piece->corner[0], ab);
+  zs_subtract3(piece->corner[1], piece->corner[0], ab);
   if (piece->shape == ZS_SKELETON_SEGMENT)
-    return sqrt(zs_vector_dot(ab, ab));
-  zs_vector_difference(piece->corner[2], piece->corner[0], ac);
-  zs_vector_cross(ab, ac, normal);
-  return sqrt(zs_vector_dot(normal, normal)) / 2;
+    return sqrt(zs_dot3(ab, ab));
+  zs_subtract3(piece->corner[2], piece->corner[0], ac);
+  zs_cross3(ab, ac, normal);
+  return sqrt(zs_dot3(normal, normal)) / 2;
 }
 
 /* A number for the kernels, whose powers are numbers too. */
@@ -43,14 +43,14 @@ static void make_form(zs_skeleton_piece *piece, double radius, double weight)
       largest = fmax(largest, fabs(piece->corner[i][k]) / radius);
     }
   for (int i = 0; i < sides; i++)
-    zs_vector_difference(piece->corner[(i + 1) % corners], piece->corner[i], side[i]);
+    zs_subtract3(piece->corner[(i + 1) % corners], piece->corner[i], side[i]);
   if (corners == 3)
-    zs_vector_cross(side[0], side[1], normal);
-  const double across = sqrt(zs_vector_dot(normal, normal));
+    zs_cross3(side[0], side[1], normal);
+  const double across = sqrt(zs_dot3(normal, normal));
   for (int i = 0; i < sides; i++) {
-    const double length = sqrt(zs_vector_dot(side[i], side[i]));
+    const double length = sqrt(zs_dot3(side[i], side[i]));
     double outward[3];
-    zs_vector_cross(side[i], normal, outward);
+    zs_cross3(side[i], normal, outward);
     for (int k = 0; k < 3 && length > 0; k++) {
       form.along[i][k] = (float)(side[i][k] / length);
       form.outward[i][k] = across > 0 ? (float)(outward[k] / length / across) : 0;
