@@ -1,5 +1,6 @@
 #include "rbf/witnesses.h"
 
+#include "base/vector3.h"
 #include "field/program.h"
 #include "rbf/nearest.h"
 
@@ -15,6 +16,9 @@ static const double OUTSIDE = 0.3, INSIDE = 0.7;
 /* Normals by their pieces add up to nothing over a closed surface; one that is open by more
  * than this part of it has no inside. */
 static const double OPEN = 0.2;
+/* What neighbours along a line are told by, and which part of the samples may have such:
+ * curves on a surface do not tell how much of it belongs to them. */
+static const double LINE = 0.02, CURVES = 0.1;
 /* A place nearer than so many times the distance between samples is not told apart. */
 static const double CLEAR = 2;
 /* Clusters nearer than so many times their radius are not taken as one. */
@@ -66,7 +70,29 @@ static bool select_samples(pieces *p, const zs_rbf_samples *samples)
   return true;
 }
 
-/* How large the piece of a sample is: on even grids its neighbours are exactly so far. */
+/* Neighbours that lie along one line on the surface are those of a curve on it, as contours
+ * are: by the smaller spread across their normal, times the larger one, by their sum squared. */
+static bool is_on_curve(const pieces *p, const zs_nearest *near, const double normal[3])
+{
+  double u[3], v[3], uu = 0, vv = 0, uv = 0;
+  const int axis = fabs(normal[0]) < 0.6 ? 0 : 1;
+  const double other[3] = {axis == 0, axis == 1, 0};
+  zs_cross3(normal, other, u);
+  zs_normalise3(u);
+  zs_cross3(normal, u, v);
+  for (unsigned j = 0; j < near->count; j++) {
+    double way[3];
+    zs_subtract3(p->positions + 3 * (size_t)near->point[j], near->from, way);
+    const double x = zs_dot3(way, u), y = zs_dot3(way, v);
+    uu += x * x;
+    vv += y * y;
+    uv += x * y;
+  }
+  return uu * vv - uv * uv < LINE * (uu + vv) * (uu + vv);
+}
+
+/* How large the piece of a sample is, and how far it is to others: exactly so much on even
+ * grids.  0 for a sample on a curve. */
 static double size_of(const pieces *p, size_t i, double *across)
 {
   zs_nearest near = {.from = p->positions + 3 * i,
@@ -84,7 +110,7 @@ static double size_of(const pieces *p, size_t i, double *across)
     mean += near.square[j] / near.count;
   /* The eight nearest of a square grid are 1 or sqrt 2 away, 1.5 in the mean of squares. */
   *across = sqrt(mean / 1.5);
-  return mean / 1.5;
+  return is_on_curve(p, &near, p->vectors + 3 * i) ? 0 : mean / 1.5;
 }
 
 static void measure(const pieces *p, const zs_control *control)
@@ -126,12 +152,14 @@ static bool sum_clusters(pieces *p)
 static bool is_closed(const pieces *p)
 {
   double all = 0;
+  size_t without = 0;
   const double *sum = p->sums; /* of the first cluster, which is everything */
   for (size_t i = 0; i < p->count; i++) {
-    const double *v = p->vectors + 3 * i;
-    all += hypot(hypot(v[0], v[1]), v[2]);
+    const double size = sqrt(zs_dot3(p->vectors + 3 * i, p->vectors + 3 * i));
+    all += size;
+    without += size == 0;
   }
-  return hypot(hypot(sum[0], sum[1]), sum[2]) < OPEN * all;
+  return (double)without <= CURVES * (double)p->count && sqrt(zs_dot3(sum, sum)) < OPEN * all;
 }
 
 /* How much a piece winds around a place: its solid angle by that of everything. */

@@ -124,6 +124,23 @@ static void open_or_bare_surfaces_have_none(void **state)
   zs_rbf_samples_clear(&list);
 }
 
+/* Contours of a ball: what lies between their planes is not known from samples alone. */
+static void curves_have_none(void **state)
+{
+  (void)state;
+  zs_rbf_samples list = {0};
+  for (int plane = -4; plane <= 4; plane++)
+    for (int i = 0; i < 120; i++) {
+      const double z = 0.2 * plane, turn = 2 * acos(-1.0) * i / 120, r = sqrt(1 - z * z);
+      const double n[3] = {cos(turn), sin(turn), 0}, p[3] = {r * n[0], r * n[1], z};
+      add(&list, p, n, 0);
+    }
+  zs_rbf_constraints w = witnesses_of(&list, 3);
+  assert_int_equal(w.count, 0);
+  zs_rbf_constraints_clear(&w);
+  zs_rbf_samples_clear(&list);
+}
+
 /* A fit is asked at every witness; those marked are far from each other. */
 static void objections_are_what_the_fit_gets_wrong(void **state)
 {
@@ -171,6 +188,7 @@ int main(void)
     cmocka_unit_test(sides_are_those_of_the_solid),
     cmocka_unit_test(sides_in_the_plane),
     cmocka_unit_test(open_or_bare_surfaces_have_none),
+    cmocka_unit_test(curves_have_none),
     cmocka_unit_test(objections_are_what_the_fit_gets_wrong),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
