@@ -165,6 +165,8 @@ static bool extend(collection *all, const request *r, const zs_rbf_constraints *
                    const double *at)
 {
   const unsigned dimension = r->dimension + r->extra;
+  if (c->count == 0)
+    return true;
   if (!reserve(all, r, all->count + c->count))
     return false;
   for (size_t i = 0; i < c->count; i++) {
