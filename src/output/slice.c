@@ -199,15 +199,17 @@ bool zs_slice(zs_field *field, const double lo[3], const double hi[3],
     return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
                    "arrows are drawn over values; expected quantity VALUE, or an SVG file");
   job.peak_bytes =
-    (uint64_t)options->width * options->height * (coloured ? 3 + sizeof(float) : 2);
+    (uint64_t)options->width * options->height * (coloured ? 3 + sizeof(float) : 1);
   bool done = zs_memory_check(control, job.peak_bytes, "the picture", diag) &&
               (zs_slicer_prepare(&s, options->quantity, job.threads) || zs_fail_memory(diag)) &&
-              zs_image_allocate(image, options->width, options->height, coloured ? 3 : 1, diag) &&
+              (!coloured || zs_image_allocate(image, options->width, options->height, 3, diag)) &&
               run(&s, field, options, image, control, &job, diag);
   if (done && inside)
     *inside = zs_slicer_inside(&s);
-  if (done && s.pixels)
-    memcpy(image->pixels, s.pixels, (size_t)options->width * options->height);
+  if (done && !coloured) {
+    *image = (zs_image){options->width, options->height, 1, s.pixels};
+    s.pixels = NULL;
+  }
   if (done && report)
     *report = job;
   if (!done)

@@ -172,7 +172,12 @@ bool zs_slicer_prepare(zs_slicer *s, zs_quantity quantity, unsigned threads)
   s->pixels = coloured ? NULL : calloc(n, 1);
   if (!s->evaluations || !(coloured ? (void *)s->values : (void *)s->pixels))
     return false;
-  for (size_t i = 0; coloured && i < n; i++)
+  if (!coloured) {
+    zs_memory_is_large(s->pixels, n);
+    return true;
+  }
+  zs_memory_is_large(s->values, n * sizeof *s->values);
+  for (size_t i = 0; i < n; i++)
     s->values[i] = NAN;
   return true;
 }
