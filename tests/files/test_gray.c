@@ -1,5 +1,5 @@
 /* Pictures as input: what was written is read, and what is no picture is not. */
-#include "scratch.h"
+#include "set_up.h"
 
 #include "files/gray.h"
 #include "files/image.h"
@@ -13,24 +13,9 @@
 
 #include <cmocka.h>
 
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
-
 static const char *written(const char *name, const void *bytes, size_t length)
 {
-  const char *path = scratch_path(&here, name);
+  const char *path = scratch_path(&folder, name);
   FILE *file = fopen(path, "wb");
   assert_non_null(file);
   assert_int_equal(fwrite(bytes, 1, length, file), length);
@@ -50,7 +35,7 @@ static void pngs_are_read(void **state)
   for (uint32_t channels = 1; channels <= 3; channels += 2)
     for (uint32_t width = 1; width < 20; width += 3) {
       zs_image image;
-      const char *path = scratch_path(&here, "a.png");
+      const char *path = scratch_path(&folder, "a.png");
       assert_true(zs_image_allocate(&image, width, 5, channels, NULL));
       for (size_t i = 0; i < (size_t)width * 5 * channels; i++)
         image.pixels[i] = (uint8_t)((i / channels) * 89 + 1); /* r = g = b */
@@ -72,7 +57,7 @@ static void two_tone_and_deep_pngs_are_read(void **state)
   static const uint8_t bits[4] = {0, 255, 255, 0};
   static const uint16_t deep[4] = {0, 1000, 40000, 65535};
   zs_image image = {2, 2, 1, (uint8_t *)bits};
-  const char *path = scratch_path(&here, "bits.png"); /* of one bit a pixel */
+  const char *path = scratch_path(&folder, "bits.png"); /* of one bit a pixel */
   assert_true(zs_image_write(&image, path, NULL));
   zs_gray gray;
   assert_true(zs_gray_read(&gray, path, 1, NULL));
@@ -84,7 +69,7 @@ static void two_tone_and_deep_pngs_are_read(void **state)
     bytes[2 * i] = (uint8_t)(deep[i] >> 8);
     bytes[2 * i + 1] = (uint8_t)deep[i];
   }
-  path = scratch_path(&here, "deep.png");
+  path = scratch_path(&folder, "deep.png");
   FILE *file = fopen(path, "wb");
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
   png_infop info = png_create_info_struct(png);
@@ -163,7 +148,7 @@ static void bad_files_are_refused(void **state)
   }
   zs_gray gray;
   zs_diag diag = {0};
-  assert_false(zs_gray_read(&gray, scratch_path(&here, "absent.png"), 1, &diag));
+  assert_false(zs_gray_read(&gray, scratch_path(&folder, "absent.png"), 1, &diag));
   assert_int_equal(diag.status, ZS_ERROR_IO);
 }
 
@@ -172,7 +157,7 @@ static void truncated_pngs_are_refused(void **state)
 {
   (void)state;
   zs_image image;
-  const char *path = scratch_path(&here, "whole.png");
+  const char *path = scratch_path(&folder, "whole.png");
   assert_true(zs_image_allocate(&image, 40, 30, 1, NULL));
   for (size_t i = 0; i < 1200; i++)
     image.pixels[i] = (uint8_t)(i * i * 31);

@@ -1,5 +1,5 @@
 /* Pictures: what is written decodes to the same pixels. */
-#include "scratch.h"
+#include "set_up.h"
 
 #include "files/image.h"
 
@@ -10,21 +10,6 @@
 #include <stdint.h>
 
 #include <cmocka.h>
-
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
 
 static int bit_depth(const char *path)
 {
@@ -58,7 +43,7 @@ static void test_round_trip(void **state)
   for (uint32_t channels = 1; channels <= 3; channels += 2)
     for (uint32_t width = 1; width < 20; width++) {
       zs_image image;
-      const char *path = scratch_path(&here, "a.png");
+      const char *path = scratch_path(&folder, "a.png");
       assert_true(zs_image_allocate(&image, width, 7, channels, NULL));
       for (size_t i = 0; i < (size_t)width * 7 * channels; i++)
         image.pixels[i] = (uint8_t)(i * 89 + 1);
@@ -76,7 +61,7 @@ static void test_two_tone(void **state)
   (void)state;
   for (uint32_t width = 1; width < 20; width++) {
     zs_image image;
-    const char *path = scratch_path(&here, "b.PNG");
+    const char *path = scratch_path(&folder, "b.PNG");
     assert_true(zs_image_allocate(&image, width, 5, 1, NULL));
     for (size_t i = 0; i < (size_t)width * 5; i++)
       image.pixels[i] = i * i % 7 < 3 ? 255 : 0;
@@ -102,14 +87,14 @@ static void test_bad(void **state)
                {{1, 1, 1, NULL}, "c.png", ZS_ERROR_ARGUMENT},
                {{0, 1, 1, pixel}, "c.png", ZS_ERROR_ARGUMENT},
                {{1, 1, 1, pixel}, "no/such/folder/c.png", ZS_ERROR_IO}};
-  int before = scratch_count(&here);
+  int before = scratch_count(&folder);
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     zs_diag diag = {0};
-    assert_false(zs_image_write(&cases[i].image, scratch_path(&here, cases[i].name), &diag));
+    assert_false(zs_image_write(&cases[i].image, scratch_path(&folder, cases[i].name), &diag));
     assert_int_equal(diag.errors, 1);
     assert_int_equal(diag.status, cases[i].status);
   }
-  assert_int_equal(scratch_count(&here), before);
+  assert_int_equal(scratch_count(&folder), before);
 }
 
 static void test_sizes(void **state)

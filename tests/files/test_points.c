@@ -1,7 +1,7 @@
 /* Reading point sets: every form of file, and what is wrong with bad ones. */
 #include "../random.h"
 #include "files/points.h"
-#include "scratch.h"
+#include "set_up.h"
 
 #include <locale.h>
 #include <math.h>
@@ -24,8 +24,6 @@ static void keep(void *context, const zs_diagnostic *d)
   snprintf(f->file, sizeof f->file, "%s", d->file ? d->file : "");
   f->line = d->line;
 }
-
-static scratch folder;
 
 static const char *write_file(const char *bytes, size_t length)
 {
@@ -282,19 +280,6 @@ static void damaged_files_are_read_or_refused(void **state)
     }
   }
   assert_true(read > 100 && refused > 100);
-}
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
 }
 
 int main(void)

@@ -1,5 +1,5 @@
 /* Polygons from text. */
-#include "scratch.h"
+#include "set_up.h"
 
 #include "files/rings.h"
 
@@ -10,24 +10,9 @@
 
 #include <cmocka.h>
 
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
-
 static const char *written(const char *text)
 {
-  const char *path = scratch_path(&here, "rings.txt");
+  const char *path = scratch_path(&folder, "rings.txt");
   FILE *file = fopen(path, "w");
   assert_non_null(file);
   fputs(text, file);
@@ -91,7 +76,7 @@ static void mistakes_are_located(void **state)
   }
   zs_rings rings;
   zs_diag diag = {0};
-  assert_false(zs_rings_read(&rings, scratch_path(&here, "absent"), &diag));
+  assert_false(zs_rings_read(&rings, scratch_path(&folder, "absent"), &diag));
   assert_int_equal(diag.status, ZS_ERROR_IO);
 }
 

@@ -1,7 +1,7 @@
 /* TIFF files as input: what libtiff writes is read, page by page; what is broken is refused,
  * without a word of libtiff's own. */
 #include "../random.h"
-#include "scratch.h"
+#include "set_up.h"
 
 #include "files/gray.h"
 
@@ -15,21 +15,6 @@
 #include <tiffio.h>
 
 #include <cmocka.h>
-
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
 
 /* ---- Writing --------------------------------------------------------------------------- */
 
@@ -132,7 +117,7 @@ static void write_page(TIFF *file, const page *p)
 
 static const char *write_file(const char *name, const char *mode, const page *p)
 {
-  const char *path = scratch_path(&here, name);
+  const char *path = scratch_path(&folder, name);
   TIFF *file = TIFFOpen(path, mode);
   assert_non_null(file);
   describe(file, p);
@@ -258,7 +243,7 @@ static void palettes_are_read(void **state)
     green[i] = (uint16_t)(random_between(&seed, 0, 1) * 65535);
     blue[i] = (uint16_t)(random_between(&seed, 0, 1) * 65535);
   }
-  const char *path = scratch_path(&here, "palette.tif");
+  const char *path = scratch_path(&folder, "palette.tif");
   TIFF *file = TIFFOpen(path, "w");
   describe(file, &p);
   TIFFSetField(file, TIFFTAG_COLORMAP, red, green, blue);
@@ -296,7 +281,7 @@ static void jpegs_are_read(void **state)
     for (int x = 0; x < WIDTH; x++)
       for (int k = 0; k < 3; k++)
         p.numbers[y][x][k] = 40 + 3 * x + 2 * y + 20 * k; /* smooth */
-  const char *path = scratch_path(&here, "jpeg.tif");
+  const char *path = scratch_path(&folder, "jpeg.tif");
   TIFF *file = TIFFOpen(path, "w");
   describe(file, &p);
   TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 16);
@@ -316,7 +301,7 @@ static void pages_are_told_apart(void **state)
             .photometric = PHOTOMETRIC_MINISBLACK, .samples = 1, .planes = PLANARCONFIG_CONTIG,
             .orientation = ORIENTATION_TOPLEFT};
   static const uint32_t types[] = {FILETYPE_REDUCEDIMAGE, FILETYPE_PAGE, 0, FILETYPE_MASK, 0};
-  const char *path = scratch_path(&here, "pages.tif");
+  const char *path = scratch_path(&folder, "pages.tif");
   TIFF *file = TIFFOpen(path, "w");
   double corner[5];
   for (int i = 0; i < 5; i++) {
@@ -355,7 +340,7 @@ static void sides_are_millimetres(void **state)
     page p = {.bits = 8, .format = SAMPLEFORMAT_UINT, .compression = COMPRESSION_NONE,
               .photometric = PHOTOMETRIC_MINISBLACK, .samples = 1, .planes = PLANARCONFIG_CONTIG,
               .orientation = cases[i].orientation};
-    const char *path = scratch_path(&here, "sides.tif");
+    const char *path = scratch_path(&folder, "sides.tif");
     TIFF *file = TIFFOpen(path, "w");
     describe(file, &p);
     TIFFSetField(file, TIFFTAG_RESOLUTIONUNIT, cases[i].unit);
@@ -403,7 +388,7 @@ static size_t make_bytes(uint8_t *bytes, const entry *changed, uint32_t next)
 
 static const char *written(const char *name, const void *bytes, size_t length)
 {
-  const char *path = scratch_path(&here, name);
+  const char *path = scratch_path(&folder, name);
   FILE *file = fopen(path, "wb");
   assert_non_null(file);
   assert_int_equal(fwrite(bytes, 1, length, file), length);
@@ -519,7 +504,7 @@ static void changed_files_end_well(void **state)
     if (!TIFFIsCODECConfigured(p.compression))
       continue;
     randomize(&p, &seed);
-    const char *path = scratch_path(&here, "whole.tif");
+    const char *path = scratch_path(&folder, "whole.tif");
     TIFF *file = TIFFOpen(path, "w");
     describe(file, &p);
     TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 8);

@@ -1,5 +1,5 @@
 /* Volume files: headers that say where samples are, and the samples. */
-#include "scratch.h"
+#include "set_up.h"
 
 #include "files/number.h"
 #include "files/volume.h"
@@ -21,21 +21,6 @@ static const zs_sample_type types[] = {ZS_SAMPLE_U8, ZS_SAMPLE_I16, ZS_SAMPLE_F3
 static const char *const vti_types[] = {"UInt8", "Int16", "Float32", "Float64"};
 static const char *const nrrd_types[] = {"uint8", "int16", "float", "double"};
 static const char *const mhd_types[] = {"MET_UCHAR", "MET_SHORT", "MET_FLOAT", "MET_DOUBLE"};
-
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
 
 /* Sample i, a number that every type holds. */
 static float sample(size_t i)
@@ -90,7 +75,7 @@ static void test_vti(void **state)
   (void)state;
   for (size_t t = 0; t < 4; t++) {
     size_t length, size = COUNT * zs_sample_size(types[t]);
-    const char *path = scratch_path(&here, "a.vti");
+    const char *path = scratch_path(&folder, "a.vti");
     write_volume(path, types[t]);
     char *text = read_whole(path, &length);
     assert_non_null(text);
@@ -118,7 +103,7 @@ static void test_nrrd(void **state)
   (void)state;
   for (size_t t = 0; t < 4; t++) {
     size_t length, size = COUNT * zs_sample_size(types[t]);
-    const char *path = scratch_path(&here, "a.NRRD"); /* endings in any case */
+    const char *path = scratch_path(&folder, "a.NRRD"); /* endings in any case */
     write_volume(path, types[t]);
     char *text = read_whole(path, &length);
     assert_non_null(text);
@@ -144,9 +129,9 @@ static void test_mhd(void **state)
   (void)state;
   for (size_t t = 0; t < 4; t++) {
     size_t length, raw_length;
-    write_volume(scratch_path(&here, "name.with.dots.mhd"), types[t]);
-    char *text = read_whole(scratch_path(&here, "name.with.dots.mhd"), &length);
-    char *raw = read_whole(scratch_path(&here, "name.with.dots.raw"), &raw_length);
+    write_volume(scratch_path(&folder, "name.with.dots.mhd"), types[t]);
+    char *text = read_whole(scratch_path(&folder, "name.with.dots.mhd"), &length);
+    char *raw = read_whole(scratch_path(&folder, "name.with.dots.raw"), &raw_length);
     assert_non_null(text);
     assert_non_null(raw);
     char type[64];
@@ -170,7 +155,7 @@ static void test_raw(void **state)
   (void)state;
   for (size_t t = 0; t < 4; t++) {
     size_t length;
-    const char *path = scratch_path(&here, "a.raw");
+    const char *path = scratch_path(&folder, "a.raw");
     write_volume(path, types[t]);
     char *bytes = read_whole(path, &length);
     assert_non_null(bytes);
@@ -190,7 +175,7 @@ static void test_bytes(void **state)
     samples[i] = (uint8_t)(i % 251);
   for (size_t t = 0; t < 4; t++) {
     const zs_grid line = {{0, 0, 0}, {1, 1, 1}, {MANY, 1, 1}};
-    const char *path = scratch_path(&here, "bytes.raw");
+    const char *path = scratch_path(&folder, "bytes.raw");
     zs_volume_writer writer;
     size_t length;
     assert_true(zs_volume_open(&writer, path, &line, types[t], "inside", NULL));
@@ -213,7 +198,7 @@ static void test_rounding(void **state)
   const double u8[] = {0, 0, 0, 1, 255, 255, 0}, i16[] = {-32768, -1, 0, 1, 255, 32767, 0};
   const zs_grid line = {{0, 0, 0}, {1, 1, 1}, {7, 1, 1}};
   for (size_t t = 0; t < 2; t++) {
-    const char *path = scratch_path(&here, "round.raw");
+    const char *path = scratch_path(&folder, "round.raw");
     zs_volume_writer writer;
     size_t length;
     assert_true(zs_volume_open(&writer, path, &line, types[t], "f", NULL));
@@ -233,16 +218,16 @@ static void test_discard(void **state)
 {
   (void)state;
   static const char *const names[] = {"d.vti", "d.nrrd", "d.mhd", "d.raw"};
-  int before = scratch_count(&here);
+  int before = scratch_count(&folder);
   for (size_t i = 0; i < 4; i++) {
     zs_volume_writer writer;
     const float samples[COUNT] = {0};
     assert_true(
-      zs_volume_open(&writer, scratch_path(&here, names[i]), &grid, ZS_SAMPLE_F32, "f", NULL));
+      zs_volume_open(&writer, scratch_path(&folder, names[i]), &grid, ZS_SAMPLE_F32, "f", NULL));
     assert_true(zs_volume_write_floats(&writer, samples, COUNT));
     zs_volume_discard(&writer);
   }
-  assert_int_equal(scratch_count(&here), before);
+  assert_int_equal(scratch_count(&folder), before);
 }
 
 static void test_bad_names(void **state)
@@ -253,7 +238,7 @@ static void test_bad_names(void **state)
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     zs_volume_writer writer;
     zs_diag diag = {0};
-    const char *path = scratch_path(&here, names[i]);
+    const char *path = scratch_path(&folder, names[i]);
     assert_false(zs_volume_open(&writer, path, &grid, ZS_SAMPLE_F32, "f", &diag));
     assert_int_equal(diag.errors, 1);
     assert_int_equal(diag.status, i < 4 ? ZS_ERROR_ARGUMENT : ZS_ERROR_IO);
@@ -269,7 +254,7 @@ static void test_full_device(void **state)
     skip();
   zs_volume_writer writer;
   zs_diag diag = {0};
-  const char *path = scratch_path(&here, "full.raw");
+  const char *path = scratch_path(&folder, "full.raw");
   assert_true(zs_volume_open(&writer, path, &grid, ZS_SAMPLE_F32, "f", NULL));
   fclose(writer.data.stream);
   writer.data.stream = full;
@@ -278,7 +263,7 @@ static void test_full_device(void **state)
   assert_false(zs_volume_write_floats(&writer, samples, COUNT));
   assert_false(zs_volume_commit(&writer, &diag));
   assert_int_equal(diag.status, ZS_ERROR_IO);
-  assert_int_equal(access(scratch_path(&here, "full.raw"), F_OK), -1);
+  assert_int_equal(access(scratch_path(&folder, "full.raw"), F_OK), -1);
 }
 
 static void test_numbers(void **state)

@@ -1,5 +1,5 @@
 /* Volumes as input: what was written is read, in every dialect, and what is broken is not. */
-#include "scratch.h"
+#include "set_up.h"
 
 #include "../random.h"
 
@@ -16,21 +16,6 @@
 #include <cmocka.h>
 
 enum { NX = 3, NY = 4, NZ = 5, COUNT = NX * NY * NZ, MOST = 1 << 16, MUTATIONS = 150 };
-
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
 
 /* Sample i, a number that every type holds. */
 static double sample(size_t i)
@@ -63,7 +48,7 @@ __attribute__((format(printf, 1, 2))) static void add_text(const char *format, .
 
 static const char *save(const char *name)
 {
-  const char *path = scratch_path(&here, name);
+  const char *path = scratch_path(&folder, name);
   FILE *stream = fopen(path, "wb");
   assert_non_null(stream);
   assert_int_equal(fwrite(file.bytes, 1, file.length, stream), file.length);
@@ -178,7 +163,7 @@ static void test_round_trips(void **state)
       float samples[COUNT];
       for (size_t i = 0; i < COUNT; i++)
         samples[i] = (float)sample(i);
-      const char *path = scratch_path(&here, names[n]);
+      const char *path = scratch_path(&folder, names[n]);
       assert_true(zs_volume_open(&writer, path, &grid, type, "f", NULL));
       assert_true(zs_volume_write_floats(&writer, samples, 7));
       assert_true(zs_volume_write_floats(&writer, samples + 7, COUNT - 7));
@@ -533,7 +518,7 @@ static void test_bad_headers(void **state)
   }
   zs_diag diag = {0};
   zs_volume volume;
-  assert_false(zs_volume_read(&volume, scratch_path(&here, "nothing.nrrd"), &diag));
+  assert_false(zs_volume_read(&volume, scratch_path(&folder, "nothing.nrrd"), &diag));
   assert_int_equal(diag.status, ZS_ERROR_IO);
   assert_false(zs_volume_read(&volume, "/dev/zero.nrrd", NULL));
 }
@@ -548,7 +533,7 @@ static void test_mutations(void **state)
   uint64_t random = 5;
   for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
     size_t length;
-    char *good = read_whole(scratch_path(&here, names[n]), &length);
+    char *good = read_whole(scratch_path(&folder, names[n]), &length);
     assert_non_null(good);
     for (int i = 0; i < MUTATIONS; i++) {
       add(good, length);

@@ -2,7 +2,7 @@
 #ifndef ZS_TEST_SCENE_TEXT_H
 #define ZS_TEST_SCENE_TEXT_H
 
-#include "../files/scratch.h"
+#include "../files/set_up.h"
 
 #include "zeroset.h"
 
@@ -12,21 +12,6 @@
 #include <stdint.h>
 
 #include <cmocka.h>
-
-static scratch folder;
-
-static inline int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&folder) ? 0 : -1;
-}
-
-static inline int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&folder);
-  return 0;
-}
 
 typedef struct seen {
   char message[512], file[256];

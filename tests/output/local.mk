@@ -26,11 +26,11 @@ tests_output_test_quadric_SOURCES = tests/output/test_quadric.c tests/random.h
 tests_output_test_render_SOURCES = tests/output/test_render.c tests/output/formula.h
 tests_output_test_slice_SOURCES = tests/output/test_slice.c tests/output/formula.h
 tests_output_test_voxelize_SOURCES = \
-  tests/output/test_voxelize.c tests/output/formula.h tests/files/scratch.h
+  tests/output/test_voxelize.c tests/output/formula.h $(zs_test_folder)
 
 zs_tests += tests/output/test_roots
 tests_output_test_roots_SOURCES = \
   tests/output/test_roots.c tests/output/formula.h tests/random.h
 zs_tests += tests/output/test_slice_lines
 tests_output_test_slice_lines_SOURCES = \
-  tests/output/test_slice_lines.c tests/nodes/scene_text.h tests/files/scratch.h tests/random.h
+  tests/output/test_slice_lines.c tests/nodes/scene_text.h $(zs_test_folder) tests/random.h

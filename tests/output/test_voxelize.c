@@ -1,5 +1,5 @@
 /* The voxelizer: where samples are, what they are, and that no shortcut shows. */
-#include "../files/scratch.h"
+#include "../files/set_up.h"
 #include "formula.h"
 
 #include <math.h>
@@ -215,21 +215,6 @@ static void test_memory_limit(void **state)
 
 /* ---- Files ---------------------------------------------------------------------- */
 
-static scratch here;
-
-static int set_up(void **state)
-{
-  (void)state;
-  return scratch_make(&here) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-  (void)state;
-  scratch_remove(&here);
-  return 0;
-}
-
 static void test_file(void **state)
 {
   (void)state;
@@ -240,9 +225,9 @@ static void test_file(void **state)
   const size_t size = sample_count(&grids[1]) * sizeof(float);
   for (size_t i = 0; i < 4; i++) {
     assert_true(zs_voxelize_file(field, &grids[1], ZS_QUANTITY_VALUE, ZS_SAMPLE_F32,
-                                 scratch_path(&here, names[i]), NULL, NULL, NULL, NULL));
+                                 scratch_path(&folder, names[i]), NULL, NULL, NULL, NULL));
     size_t length;
-    char *bytes = read_whole(scratch_path(&here, i == 3 ? "v.raw" : names[i]), &length);
+    char *bytes = read_whole(scratch_path(&folder, i == 3 ? "v.raw" : names[i]), &length);
     assert_non_null(bytes);
     /* The samples stand at the end, before what closes a .vti. */
     size_t closing = i == 0 ? strlen("\n  </AppendedData>\n</VTKFile>\n") : 0;
@@ -295,11 +280,11 @@ static void test_cancel(void **state)
   zs_field *field = formula_field(part);
   assert_non_null(field);
   for (size_t i = 0; i < 4; i++) {
-    FILE *old = fopen(scratch_path(&here, names[i]), "wb");
+    FILE *old = fopen(scratch_path(&folder, names[i]), "wb");
     assert_non_null(old);
     fputs("old", old);
     fclose(old);
-    int before = scratch_count(&here);
+    int before = scratch_count(&folder);
     for (unsigned allowed = 0; allowed < 4; allowed++) {
       watcher w = {.allowed = allowed};
       zs_control control;
@@ -309,12 +294,12 @@ static void test_cancel(void **state)
       control.memory_limit = 37 * 31 * 8;
       zs_diag diag = {0};
       assert_false(zs_voxelize_file(field, &grids[1], ZS_QUANTITY_INSIDE, ZS_SAMPLE_U8,
-                                    scratch_path(&here, names[i]), NULL, &control, NULL, &diag));
+                                    scratch_path(&folder, names[i]), NULL, &control, NULL, &diag));
       assert_int_equal(diag.status, ZS_CANCELLED);
       assert_int_equal(diag.errors, 1);
-      assert_int_equal(scratch_count(&here), before);
+      assert_int_equal(scratch_count(&folder), before);
       size_t length;
-      char *text = read_whole(scratch_path(&here, names[i]), &length);
+      char *text = read_whole(scratch_path(&folder, names[i]), &length);
       assert_string_equal(text, "old");
       free(text);
     }
@@ -338,15 +323,15 @@ static void test_bad_files(void **state)
                {"no/folder/e.mhd", ZS_QUANTITY_INSIDE, ZS_SAMPLE_U8, ZS_ERROR_IO}};
   zs_field *field = formula_field(part);
   assert_non_null(field);
-  int before = scratch_count(&here);
+  int before = scratch_count(&folder);
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     zs_diag diag = {0};
     assert_false(zs_voxelize_file(field, &grids[1], cases[i].quantity, cases[i].type,
-                                  scratch_path(&here, cases[i].name), NULL, NULL, NULL, &diag));
+                                  scratch_path(&folder, cases[i].name), NULL, NULL, NULL, &diag));
     assert_int_equal(diag.errors, 1);
     assert_int_equal(diag.status, cases[i].status);
   }
-  assert_int_equal(scratch_count(&here), before);
+  assert_int_equal(scratch_count(&folder), before);
   zs_field_unref(field);
 }
 
