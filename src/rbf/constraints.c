@@ -2,6 +2,7 @@
 
 #include "field/program.h"
 #include "rbf/clusters.h"
+#include "rbf/nearest.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -101,13 +102,7 @@ static void shrink(const cloud *c, ball *b, const zs_rbf_sample *other)
 /* By all samples of a cluster, unless it is farther than the ball reaches. */
 static void shrink_by_cluster(const cloud *c, ball *b, const zs_rbf_cluster *cluster)
 {
-  double square = 0;
-  for (int k = 0; k < 3; k++) {
-    const double x = b->sample->position[k];
-    const double gap = fmax(fmax(cluster->lo[k] - x, x - cluster->hi[k]), 0);
-    square += gap * gap;
-  }
-  if (square >= 4 * b->radius * b->radius)
+  if (zs_nearest_gap(cluster, b->sample->position) >= 4 * b->radius * b->radius)
     return;
   if (cluster->children) {
     shrink_by_cluster(c, b, &c->clusters->clusters[cluster->children]);
