@@ -354,6 +354,22 @@ zs_value zs_children_emit(zs_compiler *compiler, const zs_node *node, const zs_c
   return zs_children_fold(compiler, node, at, unite);
 }
 
+zs_field *zs_children_field(zs_compiler *compiler, const zs_node *node, zs_diag *diag)
+{
+  const unsigned errors = diag->errors;
+  zs_compiler *own =
+    zs_compiler_new(zs_compiler_control(compiler), zs_compiler_cache(compiler), diag);
+  if (!own)
+    return NULL;
+  const zs_coordinates root = zs_coordinates_root();
+  const zs_value f = zs_children_emit(own, node, &root);
+  zs_field *field = zs_compiler_finish(own, f, 1);
+  if (diag->errors == errors)
+    return field;
+  zs_field_unref(field);
+  return NULL;
+}
+
 /* ---- Shared nodes ------------------------------------------------------------- */
 
 static bool same_coordinates(const zs_coordinates *a, const zs_coordinates *b)

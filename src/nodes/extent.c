@@ -149,24 +149,16 @@ static void find_one_by_one(zs_field *field, unsigned axes, zs_box *box)
 /* What bounds of the children's program say, or else the boxes of their own. */
 static bool find_together(zs_compiler *compiler, const zs_node *node, unsigned axes, zs_box *box)
 {
-  const zs_control *control = zs_compiler_control(compiler);
-  struct zs_cache *cache = zs_compiler_cache(compiler);
   zs_diag quiet = {0};
-  zs_compiler *own = zs_compiler_new(control, cache, &quiet);
-  if (!own)
+  zs_field *field = zs_children_field(compiler, node, &quiet);
+  if (!field)
     return false;
-  const zs_coordinates root = zs_coordinates_root();
-  const zs_value f = zs_children_emit(own, node, &root);
-  zs_field *field = zs_compiler_finish(own, f, 1);
-  if (!field || quiet.errors) {
-    zs_field_unref(field);
-    return false;
-  }
   /* Ends are found more surely all at once. */
   if (!zs_field_extent(field, ZS_ALL_AXES, box->lo, box->hi) &&
       !zs_field_extent(field, axes, box->lo, box->hi)) {
     size_t count;
-    zs_box *children = child_extents(node, control, cache, &count);
+    zs_box *children =
+      child_extents(node, zs_compiler_control(compiler), zs_compiler_cache(compiler), &count);
     *box = children && count ? children[0] : zs_box_everything();
     free(children);
     find_one_by_one(field, axes, box);

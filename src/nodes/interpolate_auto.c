@@ -28,15 +28,6 @@ typedef struct drawing {
   float *distance[2];
 } drawing;
 
-/* A field of one level's shape; NULL after reporting. */
-static zs_field *compile(zs_compiler *compiler, const zs_node *part)
-{
-  zs_compiler *own = zs_compiler_new(zs_compiler_control(compiler), zs_compiler_cache(compiler),
-                                     zs_compiler_diag(compiler));
-  const zs_coordinates root = zs_coordinates_root();
-  return own ? zs_compiler_finish(own, zs_children_emit(own, part, &root), 1) : NULL;
-}
-
 static bool lay_out(drawing *d, const double lo[2], const double hi[2])
 {
   const double longest = fmax(hi[0] - lo[0], hi[1] - lo[1]);
@@ -144,6 +135,7 @@ size_t zs_between_find_pairs(zs_compiler *compiler, const zs_node *const levels[
                              double (**ends)[4])
 {
   drawing d = {.width = 0};
+  zs_diag *diag = zs_compiler_diag(compiler);
   zs_field *fields[2] = {NULL, NULL};
   double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
   bool done = true;
@@ -156,11 +148,11 @@ size_t zs_between_find_pairs(zs_compiler *compiler, const zs_node *const levels[
       lo[c] = fmin(lo[c], from[c]);
       hi[c] = fmax(hi[c], to[c]);
     }
-    fields[k] = done ? compile(compiler, levels[k]) : NULL;
+    fields[k] = done ? zs_children_field(compiler, levels[k], diag) : NULL;
     done = fields[k];
   }
-  if (done && lay_out(&d, lo, hi) && draw(&d, 0, fields[0], zs_compiler_diag(compiler)) &&
-      draw(&d, 1, fields[1], zs_compiler_diag(compiler)))
+  if (done && lay_out(&d, lo, hi) && draw(&d, 0, fields[0], diag) &&
+      draw(&d, 1, fields[1], diag))
     count = find_pairs(&d, *ends);
   for (int k = 0; k < 2; k++) {
     free(d.distance[k]);

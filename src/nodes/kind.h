@@ -174,6 +174,9 @@ const zs_kind *zs_kind_find(const char *name);
 zs_value zs_node_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
 /* The union of a node's child nodes (parts skipped): CHILDREN_ONE. */
 zs_value zs_children_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at);
+/* The same union as a field of its own, in the node's coordinates, for zs_field_unref: compiled
+ * apart, with the control and the cache of `compiler`.  NULL after reporting to `diag`. */
+zs_field *zs_children_field(zs_compiler *compiler, const zs_node *node, zs_diag *diag);
 /* Lower one of the kind's own formulas with the node's attributes, the
  * coordinates `at` as x y z, and the values f or a, b where it names them. */
 zs_value zs_formula_emit(zs_compiler *compiler, const zs_node *node, const char *formula,

@@ -4,14 +4,8 @@
 static bool probe(zs_compiler *compiler, const zs_node *node, const double *points, size_t count,
                   double *values, zs_diag *quiet)
 {
-  zs_compiler *own =
-    zs_compiler_new(zs_compiler_control(compiler), zs_compiler_cache(compiler), quiet);
-  if (!own)
-    return false;
-  const zs_coordinates root = zs_coordinates_root();
-  const zs_value f = zs_children_emit(own, node, &root);
-  zs_field *field = zs_compiler_finish(own, f, 1);
-  zs_eval *eval = field && !quiet->errors ? zs_eval_new(field, quiet) : NULL;
+  zs_field *field = zs_children_field(compiler, node, quiet);
+  zs_eval *eval = field ? zs_eval_new(field, quiet) : NULL;
   zs_field_unref(field);
   if (!eval)
     return false;

@@ -141,18 +141,6 @@ static void brick(void *visitor, unsigned thread, const uint32_t index[3], zs_ev
     }
 }
 
-/* The child at the node's own coordinates. */
-static zs_field *child_field(zs_compiler *compiler, const zs_node *node)
-{
-  zs_compiler *own = zs_compiler_new(zs_compiler_control(compiler), zs_compiler_cache(compiler),
-                                     zs_compiler_diag(compiler));
-  if (!own)
-    return NULL;
-  const zs_coordinates root = zs_coordinates_root();
-  const zs_value f = zs_children_emit(own, node, &root);
-  return zs_compiler_finish(own, f, 1);
-}
-
 static bool fill(zs_compiler *compiler, const grid *g, zs_voxels *voxels, zs_field *field)
 {
   job j = {.grid = g, .voxels = voxels};
@@ -176,7 +164,7 @@ static zs_sampled *sampled_of(zs_compiler *compiler, const zs_node *node, const 
   const struct sample *p = node->parameters;
   const unsigned threads = zs_control_threads(zs_compiler_control(compiler));
   zs_diag *diag = zs_compiler_diag(compiler);
-  zs_field *field = child_field(compiler, node);
+  zs_field *field = zs_children_field(compiler, node, diag);
   zs_voxels *voxels =
     field ? zs_voxels_new(g->count, p->interpolation == ZS_SAMPLED_CUBIC) : NULL;
   const bool filled = voxels && fill(compiler, g, voxels, field);
