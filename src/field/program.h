@@ -137,6 +137,9 @@ bool zs_walk_run(const zs_walk *walk, zs_diag *diag);
 /* Threads that a job will use: control->threads, or one per processor. */
 unsigned zs_control_threads(const zs_control *control);
 
+/* Whether a job may take so much working memory at once: control->memory_limit, if there is one. */
+bool zs_control_allows(const zs_control *control, double bytes);
+
 /* Seconds of a monotonic clock. */
 double zs_seconds(void);
 

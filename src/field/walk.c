@@ -59,6 +59,11 @@ unsigned zs_control_threads(const zs_control *control)
   return processors > 0 ? (unsigned)processors : 1;
 }
 
+bool zs_control_allows(const zs_control *control, double bytes)
+{
+  return !control || !control->memory_limit || bytes <= (double)control->memory_limit;
+}
+
 static bool is_brick(const range *r)
 {
   return r->hi[0] - r->lo[0] == 1 && r->hi[1] - r->lo[1] == 1 && r->hi[2] - r->lo[2] == 1;

@@ -373,9 +373,8 @@ static bool prepare_inverse(zs_compiler *compiler, const zs_node *node, zs_warp 
   const struct lattice_warp *p = node->parameters;
   const zs_control *control = zs_compiler_control(compiler);
   zs_diag *diag = zs_compiler_diag(compiler);
-  const double limit = control ? (double)control->memory_limit : 0;
   const double bytes = zs_warp_start_bytes(warp, (uint32_t)p->resolution);
-  if (limit > 0 && bytes > limit) {
+  if (!zs_control_allows(control, bytes)) {
     const zs_place place = zs_node_place(node, "resolution");
     return zs_report(diag, ZS_ERROR, ZS_ERROR_MEMORY, &place, NULL,
                      "%d cells along the longest side take %.0f MB, more than is allowed",

@@ -113,12 +113,11 @@ static bool find_side(const sampler *s, side *one)
 
 static bool allocate(const sampler *s, zs_lattice_samples *samples)
 {
-  const zs_control *control = zs_compiler_control(s->compiler);
   double count = 1;
   for (int k = 0; k < 3; k++)
     count *= samples->count[k];
-  const double bytes = 3 * count * sizeof(float), limit = control ? (double)control->memory_limit : 0;
-  if (count > INT32_MAX || (limit > 0 && bytes > limit))
+  const double bytes = 3 * count * sizeof(float);
+  if (count > INT32_MAX || !zs_control_allows(zs_compiler_control(s->compiler), bytes))
     return zs_report(zs_compiler_diag(s->compiler), ZS_ERROR, ZS_ERROR_MEMORY, &s->node->place,
                      "a smaller resolution", "%u x %u x %u samples take %.0f MB, more than is allowed",
                      samples->count[0], samples->count[1], samples->count[2], bytes / 1e6);

@@ -96,9 +96,8 @@ static bool make_grid(grid *g, zs_compiler *compiler, const zs_node *node)
     g->lo[k] = box.lo[k];
     room *= zs_voxels_room(g->count[k], true);
   }
-  const zs_control *control = zs_compiler_control(compiler);
-  const double bytes = room * sizeof(float), limit = control ? (double)control->memory_limit : 0;
-  if (room > INT32_MAX || (limit > 0 && bytes > limit))
+  const double bytes = room * sizeof(float);
+  if (room > INT32_MAX || !zs_control_allows(zs_compiler_control(compiler), bytes))
     return zs_report(diag, ZS_ERROR, ZS_ERROR_MEMORY, &node->place, NULL,
                      "%u x %u x %u samples take %.0f MB, more than is allowed", g->count[0],
                      g->count[1], g->count[2], bytes / 1e6);

@@ -29,7 +29,7 @@ uint64_t zs_counters_sum(const zs_counter *counters, unsigned threads)
 
 bool zs_memory_check(const zs_control *control, uint64_t bytes, const char *what, zs_diag *diag)
 {
-  if (!control || !control->memory_limit || bytes <= control->memory_limit)
+  if (zs_control_allows(control, (double)bytes))
     return true;
   return zs_fail(diag, ZS_ERROR_MEMORY, NULL,
                  "%s takes %" PRIu64 " bytes, over the memory limit of %" PRIu64, what, bytes,

@@ -304,8 +304,7 @@ static bool over_limit(const zs_polygonize_job *job, const zs_polygonize_worker 
 {
   const uint64_t bytes = worker->arena.bytes + worker->ends.bytes +
                          job->programs[worker - job->workers].bytes;
-  return job->control && job->control->memory_limit &&
-         job->used_bytes + bytes * job->threads > job->control->memory_limit;
+  return !zs_control_allows(job->control, (double)(job->used_bytes + bytes * job->threads));
 }
 
 static void visit_brick(void *visitor, unsigned thread, const uint32_t index[3], zs_eval *eval,

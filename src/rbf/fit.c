@@ -161,11 +161,6 @@ typedef struct rung {
 static const rung direct = {"dense", zs_rbf_solve_directly, zs_rbf_direct_bytes};
 static const rung iterative = {"iterative", zs_rbf_solve_iteratively, zs_rbf_iterative_bytes};
 
-static bool fits_memory(const fitter *f, double bytes)
-{
-  return !f->control || !f->control->memory_limit || bytes <= (double)f->control->memory_limit;
-}
-
 /* Solve in one way, and keep the solution when it is better than the one there. */
 static zs_rbf_result climb(fitter *f, const rung *r, const zs_rbf_job *job)
 {
@@ -199,7 +194,7 @@ static bool solve(fitter *f, const zs_rbf_job *job)
 {
   const bool small = job->system.count <= DIRECT;
   const rung *first = small ? &direct : &iterative;
-  if (!fits_memory(f, first->bytes(&job->system)))
+  if (!zs_control_allows(f->control, first->bytes(&job->system)))
     return fail_limit(f, first, job);
   f->to = small ? 1 : 0.5;
   const zs_rbf_result result = climb(f, first, job);
@@ -208,7 +203,7 @@ static bool solve(fitter *f, const zs_rbf_job *job)
   f->from = f->to;
   f->to = 1;
   if (small || f->solution.left <= job->tolerance || job->system.count > DIRECT_AT_MOST ||
-      !fits_memory(f, direct.bytes(&job->system)))
+      !zs_control_allows(f->control, direct.bytes(&job->system)))
     return true;
   const zs_rbf_result again = climb(f, &direct, job);
   return again <= ZS_RBF_SINGULAR || fail(f, again);

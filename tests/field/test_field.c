@@ -535,6 +535,19 @@ static void far_from_the_origin_nothing_is_lost(void **state)
   zs_field_unref(field);
 }
 
+/* 0, or no control, is no limit. */
+static void memory_is_allowed_up_to_the_limit(void **state)
+{
+  (void)state;
+  const zs_control limited = {.memory_limit = 1000}, unlimited = {.memory_limit = 0};
+  assert_true(zs_control_allows(&limited, 0));
+  assert_true(zs_control_allows(&limited, 1000));
+  assert_false(zs_control_allows(&limited, 1000.5));
+  assert_false(zs_control_allows(&limited, INFINITY));
+  assert_true(zs_control_allows(&unlimited, 1e30));
+  assert_true(zs_control_allows(NULL, 1e30));
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -546,6 +559,7 @@ int main(void)
     cmocka_unit_test(walk_covers_every_brick_once),
     cmocka_unit_test(programs_can_outlive_the_walk),
     cmocka_unit_test(walk_can_be_cancelled),
+    cmocka_unit_test(memory_is_allowed_up_to_the_limit),
     cmocka_unit_test(boxes_hold_the_solid_tightly),
     cmocka_unit_test(unbounded_and_empty_are_told_apart),
     cmocka_unit_test(far_from_the_origin_nothing_is_lost),
