@@ -308,9 +308,21 @@ static zs_interval arc(zs_interval a, float at_lo, float at_hi)
   return a.lo >= -1 && a.hi <= 1 ? monotone(a, at_lo, at_hi, ELEMENTARY) : zs_interval_unknown();
 }
 
+static zs_intervals divide(zs_intervals a, zs_intervals b)
+{
+  const zs_lanes zero = zs_lanes_all(0);
+  const zs_lanes p = a.lo / b.lo, q = a.lo / b.hi, r = a.hi / b.lo, s = a.hi / b.hi;
+  const zs_lanes_mask numbers = (p == p) & (q == q) & (r == r) & (s == s);
+  const zs_intervals all =
+    zs_intervals_widened(zs_lanes_smaller(zs_lanes_smaller(p, q), zs_lanes_smaller(r, s)),
+                         zs_lanes_larger(zs_lanes_larger(p, q), zs_lanes_larger(r, s)), 1);
+  return zs_intervals_checked(all.lo, all.hi, numbers & ((b.lo > zero) | (b.hi < zero)));
+}
+
 /* Those that are worth a vector at a time ... */
 #define BINARY_LANES(F) \
   F(ADD, zs_intervals_add(a, b)) \
+  F(DIVIDE, divide(a, b)) \
   F(SUBTRACT, zs_intervals_subtract(a, b)) \
   F(MULTIPLY, zs_intervals_multiply(a, b)) \
   F(HYPOT, zs_intervals_hypot(a, b))
@@ -323,7 +335,6 @@ static zs_interval arc(zs_interval a, float at_lo, float at_hi)
 
 /* ... and the others. */
 #define BINARY_BOUNDS(F) \
-  F(DIVIDE, zs_interval_divide(a, b)) \
   F(POWER, power(a, b)) \
   F(MODULO, modulo_bounds(a, b)) \
   F(ATAN2, atan2_bounds(a, b)) \
@@ -494,6 +505,35 @@ static void COSINE_bounds(const zs_bounds_arguments *x)
   periodic_bounds(x, COSINE_value, 0);
 }
 
+/* A power with a constant exponent that is no whole number grows or falls all along; the
+ * exponent is not exact in single precision, which counts most where powers are largest. */
+static void power_constant_bounds(const zs_bounds_arguments *x)
+{
+  enum { INEXACT = 60 }; /* units in the last place */
+  const zs_interval b = constant_interval(x->data);
+  if ((b.lo == b.hi && b.lo == floorf(b.lo)) || !(b.lo > 0 || b.hi < 0)) {
+    POWER_bounds_1(x);
+    return;
+  }
+  zs_bounds at_ends;
+  const zs_block_arguments ends = {.data = x->data,
+                                   .n = 2 * ZS_LANES,
+                                   .in = {(const float *)(const void *)x->in[0]},
+                                   .out = (float *)(void *)&at_ends};
+  POWER_value_1(&ends);
+  ZS_FOR_PARTS(part)
+  {
+    const zs_lanes zero = zs_lanes_all(0);
+    const zs_intervals a = zs_intervals_load(x->in[0], part);
+    const zs_intervals e = zs_intervals_load(&at_ends, part);
+    const zs_lanes_mask known = zs_intervals_known(a) & (b.lo > 0 ? a.lo >= zero : a.lo > zero);
+    const zs_intervals range =
+      zs_intervals_widened(zs_lanes_smaller(e.lo, e.hi), zs_lanes_larger(e.lo, e.hi),
+                           ELEMENTARY + INEXACT);
+    zs_intervals_store(x->out, part, zs_intervals_checked(range.lo, range.hi, known));
+  }
+}
+
 /* Minimum and maximum of operands in registers. */
 static inline void extremum(const zs_bounds_arguments *x, bool maximum)
 {
@@ -558,6 +598,7 @@ static void select_bounds(const zs_bounds_arguments *x)
   x->choice->copy[2] = (uint16_t)copy_b;
 }
 
+#define POWER_bounds_1 power_constant_bounds
 #define MINIMUM_bounds_0 minimum_bounds
 #define MINIMUM_bounds_1 minimum_constant_bounds
 #define MINIMUM_bounds_2 minimum_constant_bounds
