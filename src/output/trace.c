@@ -41,46 +41,6 @@ void zs_tile_begin(zs_tile *tile, const zs_camera *camera, uint32_t x, uint32_t 
 
 /* ---- The tree of boxes ------------------------------------------------------------------ */
 
-/* Into how many parts to split each side: depth first while boxes are long,
- * then all sides, at most ZS_LANES in all. */
-static void choose_split(const zs_trace_part *p, uint32_t parts[3])
-{
-  uint32_t n[3];
-  for (int k = 0; k < 3; k++)
-    n[k] = p->hi[k] - p->lo[k];
-  const uint32_t across = n[0] > n[1] ? n[0] : n[1];
-  if (across == 1 || n[2] >= 4 * across) {
-    parts[0] = parts[1] = 1;
-    parts[2] = n[2] < ZS_LANES ? n[2] : ZS_LANES;
-    return;
-  }
-  const uint32_t sides = n[2] == 1 ? 4 : 2, depths = ZS_LANES / (sides * sides);
-  parts[0] = n[0] < sides ? n[0] : sides;
-  parts[1] = n[1] < sides ? n[1] : sides;
-  parts[2] = n[2] < depths ? n[2] : depths;
-}
-
-/* Split a part, the nearest first.  Returns the number of parts. */
-static unsigned split(const zs_trace_part *whole, zs_trace_part parts[ZS_LANES])
-{
-  uint32_t wanted[3], size[3], at[3];
-  unsigned count = 0;
-  choose_split(whole, wanted);
-  for (int k = 0; k < 3; k++)
-    size[k] = (whole->hi[k] - whole->lo[k] - 1) / wanted[k] + 1;
-  for (at[2] = whole->lo[2]; at[2] < whole->hi[2]; at[2] += size[2])
-    for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size[1])
-      for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size[0]) {
-        zs_trace_part *p = &parts[count++];
-        *p = (zs_trace_part){.sign = whole->sign, .gradient = whole->gradient};
-        for (int k = 0; k < 3; k++) {
-          p->lo[k] = at[k];
-          p->hi[k] = whole->hi[k] - at[k] < size[k] ? whole->hi[k] : at[k] + size[k];
-        }
-      }
-  return count;
-}
-
 /* Whether any ray goes on inside a part. */
 static bool has_rays(const zs_tracer *tracer, const zs_tile *tile, const zs_trace_part *p)
 {
@@ -92,6 +52,62 @@ static bool has_rays(const zs_tracer *tracer, const zs_tile *tile, const zs_trac
         return true;
     }
   return false;
+}
+
+/* Split a part into as many as there are to be along each side and list those that rays reach,
+ * the nearest first.  Returns their number, or ZS_LANES + 1 when they are more than fit. */
+static unsigned split(const zs_tracer *tracer, const zs_tile *tile, const zs_trace_part *whole,
+                      const uint32_t wanted[3], zs_trace_part parts[ZS_LANES])
+{
+  uint32_t size[3], at[3];
+  unsigned count = 0;
+  for (int k = 0; k < 3; k++)
+    size[k] = (whole->hi[k] - whole->lo[k] - 1) / wanted[k] + 1;
+  for (at[2] = whole->lo[2]; at[2] < whole->hi[2]; at[2] += size[2])
+    for (at[1] = whole->lo[1]; at[1] < whole->hi[1]; at[1] += size[1])
+      for (at[0] = whole->lo[0]; at[0] < whole->hi[0]; at[0] += size[0]) {
+        zs_trace_part p = {.sign = whole->sign, .gradient = whole->gradient};
+        for (int k = 0; k < 3; k++) {
+          p.lo[k] = at[k];
+          p.hi[k] = whole->hi[k] - at[k] < size[k] ? whole->hi[k] : at[k] + size[k];
+        }
+        if (!has_rays(tracer, tile, &p))
+          continue;
+        if (count == ZS_LANES)
+          return ZS_LANES + 1;
+        parts[count++] = p;
+      }
+  return count;
+}
+
+/* Double the number of parts along one side: in depth while they are long.  False when they are
+ * single leaves. */
+static bool split_finer(const zs_trace_part *whole, uint32_t wanted[3])
+{
+  uint32_t size[3];
+  for (int k = 0; k < 3; k++)
+    size[k] = (whole->hi[k] - whole->lo[k] - 1) / wanted[k] + 1;
+  const uint32_t across = size[0] > size[1] ? size[0] : size[1];
+  const int side = 2 * size[2] > across ? 2 : size[0] > size[1] ? 0 : 1;
+  wanted[side] *= 2;
+  return size[side] > 1;
+}
+
+/* Split a part as finely as bounds of all the parts that rays reach can be taken at once. */
+static unsigned split_for_lanes(const zs_tracer *tracer, const zs_tile *tile,
+                                const zs_trace_part *whole, zs_trace_part parts[ZS_LANES])
+{
+  uint32_t wanted[3] = {1, 1, 1};
+  unsigned count = 0;
+  zs_trace_part finer[ZS_LANES];
+  while (split_finer(whole, wanted)) {
+    const unsigned more = split(tracer, tile, whole, wanted, finer);
+    if (more > ZS_LANES)
+      break;
+    count = more;
+    memcpy(parts, finer, count * sizeof *parts);
+  }
+  return count;
 }
 
 /* Boxes of parts in local coordinates; idle lanes repeat the last. */
@@ -172,23 +188,16 @@ static void shorten(zs_tracer *tracer, const zs_trace_part *whole, zs_trace_part
 static unsigned prune(zs_tracer *tracer, const zs_tile *tile, const zs_trace_part *whole,
                       zs_trace_part *parts, unsigned count)
 {
-  unsigned left = 0;
-  for (unsigned l = 0; l < count; l++)
-    if (has_rays(tracer, tile, &parts[l]))
-      parts[left++] = parts[l];
-  if (!left)
-    return 0;
   zs_boxes boxes;
   zs_bounds f;
-  part_boxes(tracer, tile, parts, left, &boxes);
+  part_boxes(tracer, tile, parts, count, &boxes);
   zs_program_bounds(tracer->eval, whole->sign, &tracer->camera->frame, &boxes, &f);
   unsigned lanes = 0;
-  for (unsigned l = 0; l < left; l++)
+  for (unsigned l = 0; l < count; l++)
     if (!(f.hi[l] < 0))
       lanes |= 1u << l;
-  shorten(tracer, whole, parts, left, lanes, &boxes);
-  count = left;
-  left = 0;
+  shorten(tracer, whole, parts, count, lanes, &boxes);
+  unsigned left = 0;
   for (unsigned l = 0; l < count; l++)
     if (lanes >> l & 1)
       parts[left++] = parts[l];
@@ -206,8 +215,8 @@ static void trace_part(zs_tracer *tracer, zs_tile *tile, const zs_trace_part *wh
   }
   zs_trace_part parts[ZS_LANES];
   zs_arena_mark mark = zs_arena_mark_here(&tracer->arena);
-  unsigned count = split(whole, parts);
-  if (!tracer->brute)
+  unsigned count = split_for_lanes(tracer, tile, whole, parts);
+  if (count && !tracer->brute)
     count = prune(tracer, tile, whole, parts, count);
   for (unsigned l = 0; l < count; l++)
     trace_part(tracer, tile, &parts[l]);
