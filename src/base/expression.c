@@ -1,5 +1,6 @@
 #include "base/expression.h"
 
+#include "base/array.h"
 #include "base/diagnostic.h"
 #include "base/names.h"
 
@@ -435,21 +436,9 @@ static void expect_mark(parser *p, char mark)
     fail_expected(p, expected);
 }
 
-/* Room for one more element of a growing array. */
-static void *grown(void *array, size_t count, size_t *capacity, size_t size)
-{
-  if (count < *capacity)
-    return array;
-  size_t larger = *capacity ? 2 * *capacity : 64;
-  void *moved = realloc(array, larger * size);
-  if (moved)
-    *capacity = larger;
-  return moved;
-}
-
 static uint32_t add_node(parser *p, zs_expression_node node)
 {
-  zs_expression_node *nodes = grown(p->nodes, p->count, &p->capacity, sizeof *nodes);
+  zs_expression_node *nodes = zs_array_grown(p->nodes, p->count + 1, &p->capacity, sizeof *nodes);
   if (!nodes)
     return fail_memory(p);
   p->nodes = nodes;
@@ -570,12 +559,13 @@ static uint32_t parse_call(parser *p, const token *name)
 static uint32_t add_variable(parser *p, const token *name)
 {
   size_t capacity = p->variable_capacity;
-  const char **variables = grown(p->variables, p->variable_count, &capacity, sizeof *variables);
+  const char **variables =
+    zs_array_grown(p->variables, p->variable_count + 1, &capacity, sizeof *variables);
   if (!variables)
     return fail_memory(p);
   p->variables = variables;
   uint32_t *offsets =
-    grown(p->offsets, p->variable_count, &p->variable_capacity, sizeof *p->offsets);
+    zs_array_grown(p->offsets, p->variable_count + 1, &p->variable_capacity, sizeof *offsets);
   if (!offsets)
     return fail_memory(p);
   p->offsets = offsets;

@@ -1,6 +1,8 @@
 zs_sources += \
   src/base/arena.c \
   src/base/arena.h \
+  src/base/array.c \
+  src/base/array.h \
   src/base/diagnostic.c \
   src/base/diagnostic.h \
   src/base/expression.c \

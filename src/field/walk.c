@@ -1,6 +1,7 @@
 /* The hierarchical walk that every back end on a lattice is driven by. */
 #include "field/program.h"
 
+#include "base/array.h"
 #include "base/diagnostic.h"
 
 #include <math.h>
@@ -189,15 +190,12 @@ static void walk_range(walker *w, const range *whole)
 
 static bool add(range_list *list, const range *r)
 {
-  if (list->count == list->capacity) {
-    size_t capacity = list->capacity ? 2 * list->capacity : 64;
-    range *ranges = realloc(list->ranges, capacity * sizeof *ranges);
-    if (!ranges)
-      return false;
-    list->ranges = ranges;
-    list->capacity = capacity;
-  }
-  list->ranges[list->count++] = *r;
+  range *ranges =
+    zs_array_grown(list->ranges, list->count + 1, &list->capacity, sizeof *ranges);
+  if (!ranges)
+    return false;
+  list->ranges = ranges;
+  ranges[list->count++] = *r;
   return true;
 }
 

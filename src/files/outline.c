@@ -1,5 +1,7 @@
 #include "files/outline.h"
 
+#include "base/array.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,22 +18,10 @@ void zs_outline_clear(zs_outline *outline)
   *outline = (zs_outline){0};
 }
 
-/* An array with room for one more than `count`; NULL when memory is out. */
-static void *grown(void *array, size_t count, size_t *capacity, size_t size)
-{
-  if (count < *capacity)
-    return array;
-  const size_t wanted = *capacity ? 2 * *capacity : 16;
-  void *larger = wanted <= SIZE_MAX / 2 / size ? realloc(array, wanted * size) : NULL;
-  if (larger)
-    *capacity = wanted;
-  return larger;
-}
-
 bool zs_outline_begin(zs_outline *o, bool even_odd)
 {
   zs_outline_shape *shapes =
-    grown(o->shapes, o->shape_count, &o->shape_capacity, sizeof *shapes);
+    zs_array_grown(o->shapes, o->shape_count + 1, &o->shape_capacity, sizeof *shapes);
   if (!shapes)
     return false;
   o->shapes = shapes;
@@ -49,7 +39,7 @@ static void map_point(const double map[6], double p[2], bool direction)
 bool zs_outline_add(zs_outline *o, const zs_stroke *stroke, const double map[6])
 {
   zs_stroke *strokes =
-    grown(o->strokes, o->stroke_count, &o->stroke_capacity, sizeof *strokes);
+    zs_array_grown(o->strokes, o->stroke_count + 1, &o->stroke_capacity, sizeof *strokes);
   if (!strokes)
     return false;
   o->strokes = strokes;

@@ -1,5 +1,6 @@
 #include "files/points.h"
 
+#include "base/array.h"
 #include "base/expression.h"
 #include "files/text_file.h"
 
@@ -48,17 +49,13 @@ static double *add_row(reader *r)
     fail(r, ZS_ERROR_UNABLE, "more than 100 million points");
     return NULL;
   }
-  if (r->count == r->capacity) {
-    size_t capacity = r->capacity ? 2 * r->capacity : 1024;
-    double *rows = realloc(r->rows, capacity * NUMBERS * sizeof *rows);
-    if (!rows) {
-      zs_fail_memory(r->file.diag);
-      return NULL;
-    }
-    r->rows = rows;
-    r->capacity = capacity;
+  double *rows = zs_array_grown(r->rows, r->count + 1, &r->capacity, NUMBERS * sizeof *rows);
+  if (!rows) {
+    zs_fail_memory(r->file.diag);
+    return NULL;
   }
-  double *row = r->rows + NUMBERS * r->count++;
+  r->rows = rows;
+  double *row = rows + NUMBERS * r->count++;
   memset(row, 0, NUMBERS * sizeof *row);
   return row;
 }

@@ -1,5 +1,6 @@
 #include "files/rings.h"
 
+#include "base/array.h"
 #include "files/text_file.h"
 
 #include <errno.h>
@@ -13,16 +14,10 @@ void zs_rings_clear(zs_rings *rings)
   *rings = (zs_rings){0};
 }
 
-/* An array of `count` elements with room for one more; NULL when memory is out.
- * There is room for powers of two. */
-static void *grown(void *array, size_t count, size_t size)
-{
-  return count & (count - 1) ? array : realloc(array, (count ? 2 * count : 1) * size);
-}
-
 bool zs_rings_add_point(zs_rings *rings, const double point[2])
 {
-  double *points = grown(rings->points, rings->point_count, 2 * sizeof *points);
+  double *points = zs_array_grown(rings->points, rings->point_count + 1, &rings->point_capacity,
+                                  2 * sizeof *points);
   if (!points)
     return false;
   rings->points = points;
@@ -39,7 +34,8 @@ bool zs_rings_end(zs_rings *rings)
     rings->point_count--;
   if (rings->point_count == begin)
     return true;
-  size_t *ends = grown(rings->ends, rings->ring_count, sizeof *ends);
+  size_t *ends =
+    zs_array_grown(rings->ends, rings->ring_count + 1, &rings->ring_capacity, sizeof *ends);
   if (!ends)
     return false;
   rings->ends = ends;

@@ -5,7 +5,7 @@
 #include "base/diagnostic.h"
 
 typedef struct zs_rings {
-  size_t point_count, ring_count;
+  size_t point_count, point_capacity, ring_count, ring_capacity;
   double *points; /* x and y of each; the last of a ring is joined to its first */
   size_t *ends;   /* behind the last point of each ring */
 } zs_rings;

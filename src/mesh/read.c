@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L /* fileno, fstat */
 #include "mesh/input.h"
 
+#include "base/array.h"
 #include "base/expression.h"
 
 #include <errno.h>
@@ -168,15 +169,9 @@ double zs_double_of_bits(uint64_t bits)
 void *zs_input_grow(zs_mesh_input *input, void *array, size_t *capacity, size_t count,
                     size_t size)
 {
-  if (count <= *capacity)
-    return array;
-  size_t wanted = *capacity < 32 ? 64 : 2 * *capacity;
-  void *grown = wanted <= SIZE_MAX / 2 / size ? realloc(array, wanted * size) : NULL;
-  if (!grown) {
+  void *grown = zs_array_grown(array, count, capacity, size);
+  if (!grown)
     zs_fail_memory(input->diag);
-    return NULL;
-  }
-  *capacity = wanted;
   return grown;
 }
 

@@ -3,6 +3,7 @@
 #include "nodes/probe.h"
 #include "nodes/radial.h"
 
+#include "base/array.h"
 #include "files/points.h"
 
 #include <math.h>
@@ -80,10 +81,10 @@ static const zs_attribute attributes[] = {
            "(1e-6 is a light touch)"),
 };
 
-/* Points and the values wanted there; room for `room`. */
+/* Points and the values wanted there. */
 typedef struct wishes {
   double *positions, *values;
-  size_t count, room;
+  size_t count, capacity;
 } wishes;
 
 static void clear(wishes *w)
@@ -92,20 +93,17 @@ static void clear(wishes *w)
   free(w->values);
 }
 
-/* False after reporting that memory is out.  `values` NULL: all 0. */
+/* At least one point; false after reporting that memory is out.  `values` NULL: all 0. */
 static bool add(wishes *w, const double *positions, const double *values, size_t count,
                 zs_diag *diag)
 {
-  if (count > w->room - w->count) {
-    const size_t room = 2 * w->room + count;
-    double *p = realloc(w->positions, 3 * room * sizeof *p);
-    w->positions = p ? p : w->positions;
-    double *v = realloc(w->values, room * sizeof *v);
-    w->values = v ? v : w->values;
-    if (!p || !v)
-      return zs_fail_memory(diag), false;
-    w->room = room;
-  }
+  size_t capacity = w->capacity;
+  double *p = zs_array_grown(w->positions, w->count + count, &capacity, 3 * sizeof *p);
+  w->positions = p ? p : w->positions;
+  double *v = zs_array_grown(w->values, w->count + count, &w->capacity, sizeof *v);
+  w->values = v ? v : w->values;
+  if (!p || !v)
+    return zs_fail_memory(diag);
   memcpy(w->positions + 3 * w->count, positions, 3 * count * sizeof *positions);
   for (size_t i = 0; i < count; i++)
     w->values[w->count + i] = values ? values[i] : 0;

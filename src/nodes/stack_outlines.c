@@ -1,6 +1,7 @@
 /* Slices from drawn outlines: SVG files, the groups of one, and polygons in text files. */
 #include "nodes/stack.h"
 
+#include "base/array.h"
 #include "field/program.h"
 #include "files/image.h"
 #include "files/rings.h"
@@ -45,18 +46,14 @@ bool zs_stack_is_outline(const char *path)
 /* Room for the next slice; NULL after reporting. */
 static zs_fill *next_fill(drawing *d, zs_diag *diag)
 {
-  if (d->count == d->capacity) {
-    const size_t capacity = 2 * d->capacity + 16;
-    zs_fill *grown = realloc(d->fills, capacity * sizeof *grown);
-    if (!grown) {
-      zs_fail_memory(diag);
-      return NULL;
-    }
-    d->fills = grown;
-    d->capacity = capacity;
+  zs_fill *fills = zs_array_grown(d->fills, d->count + 1, &d->capacity, sizeof *fills);
+  if (!fills) {
+    zs_fail_memory(diag);
+    return NULL;
   }
-  d->fills[d->count] = (zs_fill){0};
-  return &d->fills[d->count++];
+  d->fills = fills;
+  fills[d->count] = (zs_fill){0};
+  return &fills[d->count++];
 }
 
 /* Whether the next slice is one of every n-th. */

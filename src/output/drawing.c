@@ -1,23 +1,14 @@
 #include "output/drawing.h"
 
-#include <stdlib.h>
+#include "base/array.h"
 
-/* Room for one more thing; NULL when memory is out, and then what there was is as before. */
-static void *room(void *things, size_t count, size_t *most, size_t size)
-{
-  if (count < *most)
-    return things;
-  const size_t next = *most ? 2 * *most : 64;
-  void *more = realloc(things, next * size);
-  if (more)
-    *most = next;
-  return more;
-}
+#include <stdlib.h>
 
 bool zs_drawing_stroke(zs_drawing *drawing, zs_color color, float width, bool closed)
 {
   zs_stroke *strokes =
-    room(drawing->strokes, drawing->stroke_count, &drawing->stroke_room, sizeof *strokes);
+    zs_array_grown(drawing->strokes, drawing->stroke_count + 1, &drawing->stroke_capacity,
+                   sizeof *strokes);
   if (!strokes)
     return false;
   drawing->strokes = strokes;
@@ -29,7 +20,8 @@ bool zs_drawing_stroke(zs_drawing *drawing, zs_color color, float width, bool cl
 bool zs_drawing_point(zs_drawing *drawing, const double at[2])
 {
   double(*points)[2] =
-    room(drawing->points, drawing->point_count, &drawing->point_room, sizeof *points);
+    zs_array_grown(drawing->points, drawing->point_count + 1, &drawing->point_capacity,
+                   sizeof *points);
   if (!points)
     return false;
   drawing->points = points;

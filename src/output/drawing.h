@@ -17,7 +17,7 @@ typedef struct zs_stroke {
 typedef struct zs_drawing {
   double (*points)[2];
   zs_stroke *strokes;
-  size_t point_count, point_room, stroke_count, stroke_room;
+  size_t point_count, point_capacity, stroke_count, stroke_capacity;
 } zs_drawing;
 
 /* A stroke of no points yet; then its points.  False when memory is out. */

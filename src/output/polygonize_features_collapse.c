@@ -15,6 +15,7 @@
 #include "output/polygonize.h"
 #include "output/quadric.h"
 
+#include "base/array.h"
 #include "base/diagnostic.h"
 
 #include <math.h>
@@ -461,20 +462,18 @@ static int compare_guests(const void *a, const void *b)
 /* List all guests.  False when memory is out. */
 static bool list_guests(const zs_polygonize_job *job, collapsing *all)
 {
-  size_t room = 0;
+  size_t capacity = 0;
   for (size_t i = 0; i < job->active_count; i++)
     for (uint32_t p = 0; p < job->active[i]->patch_count; p++) {
       guest found;
       if (!job->active[i]->patches[p].sharp || !find_guest(job, job->active[i], p, &found))
         continue;
-      if (all->guest_count == room) {
-        room = 2 * room + 64;
-        guest *more = realloc(all->guests, room * sizeof *more);
-        if (!more)
-          return false;
-        all->guests = more;
-      }
-      all->guests[all->guest_count++] = found;
+      guest *guests =
+        zs_array_grown(all->guests, all->guest_count + 1, &capacity, sizeof *guests);
+      if (!guests)
+        return false;
+      all->guests = guests;
+      guests[all->guest_count++] = found;
     }
   if (all->guest_count)
     qsort(all->guests, all->guest_count, sizeof *all->guests, compare_guests);

@@ -4,6 +4,7 @@
 #include "output/polygonize_roots.h"
 #include "output/quadric.h"
 
+#include "base/array.h"
 #include "base/diagnostic.h"
 
 #include <math.h>
@@ -406,17 +407,14 @@ static void settle(const placing *s)
 static void claim(const placing *s, zs_patch *patch, const meeting *m)
 {
   zs_claims *claims = &s->worker->claims;
-  if (claims->count == claims->room) {
-    const size_t room = 2 * claims->room + 64;
-    zs_claim *items = realloc(claims->items, room * sizeof *items);
-    if (!items) {
-      s->worker->out_of_memory = true;
-      return;
-    }
-    claims->items = items;
-    claims->room = room;
+  zs_claim *items =
+    zs_array_grown(claims->items, claims->count + 1, &claims->room, sizeof *items);
+  if (!items) {
+    s->worker->out_of_memory = true;
+    return;
   }
-  zs_claim *c = &claims->items[claims->count++];
+  claims->items = items;
+  zs_claim *c = &items[claims->count++];
   *c = (zs_claim){
     .patch = patch,
     .vertex = (uint32_t)(s->brick->first_patch + (size_t)(patch - s->brick->patches)),

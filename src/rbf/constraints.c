@@ -1,5 +1,6 @@
 #include "rbf/constraints.h"
 
+#include "base/array.h"
 #include "field/program.h"
 #include "rbf/clusters.h"
 #include "rbf/nearest.h"
@@ -16,17 +17,12 @@ static const double CLEARANCE = 0.5;
 
 bool zs_rbf_samples_add(zs_rbf_samples *list, const zs_rbf_sample *sample, zs_diag *diag)
 {
-  if (list->count == list->capacity) {
-    size_t capacity = list->capacity ? 2 * list->capacity : 256;
-    zs_rbf_sample *samples = capacity > SIZE_MAX / sizeof *samples
-                               ? NULL
-                               : realloc(list->samples, capacity * sizeof *samples);
-    if (!samples)
-      return zs_fail_memory(diag);
-    list->samples = samples;
-    list->capacity = capacity;
-  }
-  list->samples[list->count++] = *sample;
+  zs_rbf_sample *samples =
+    zs_array_grown(list->samples, list->count + 1, &list->capacity, sizeof *samples);
+  if (!samples)
+    return zs_fail_memory(diag);
+  list->samples = samples;
+  samples[list->count++] = *sample;
   return true;
 }
 

@@ -1,5 +1,6 @@
 #include "rbf/fast.h"
 
+#include "base/array.h"
 #include "rbf/nodes.h"
 #include "rbf/product.h"
 
@@ -152,17 +153,13 @@ static size_t size_of(const side *s, uint32_t index)
 static void add_pair(zs_fast *fast, uint32_t target, uint32_t source)
 {
   job *j = &fast->jobs[fast->targets.parts[target].job];
-  if (j->count == j->capacity) {
-    const size_t capacity = 2 * j->capacity + 16;
-    pair *pairs = realloc(j->pairs, capacity * sizeof *pairs);
-    if (!pairs) {
-      fast->failed = true;
-      return;
-    }
-    j->pairs = pairs;
-    j->capacity = capacity;
+  pair *pairs = zs_array_grown(j->pairs, j->count + 1, &j->capacity, sizeof *pairs);
+  if (!pairs) {
+    fast->failed = true;
+    return;
   }
-  j->pairs[j->count++] = (pair){target, source};
+  j->pairs = pairs;
+  pairs[j->count++] = (pair){target, source};
   fast->pair_count += (double)size_of(&fast->targets, target) *
                       (double)size_of(&fast->sources, source);
 }

@@ -1,5 +1,6 @@
 #include "rbf/swarms.h"
 
+#include "base/array.h"
 #include "rbf/nodes.h"
 
 #include <stdlib.h>
@@ -81,14 +82,10 @@ static bool divide(zs_swarms *swarms, size_t *capacity, const keyed *list, size_
   measure(&swarms->list[index], list);
   if (range.count <= LEAF || level == DEPTH)
     return true;
-  if (*capacity - swarms->count < 8) {
-    const size_t more = 2 * *capacity;
-    zs_swarm *longer = realloc(swarms->list, more * sizeof *longer);
-    if (!longer)
-      return false;
-    swarms->list = longer;
-    *capacity = more;
-  }
+  zs_swarm *longer = zs_array_grown(swarms->list, swarms->count + 8, capacity, sizeof *longer);
+  if (!longer)
+    return false;
+  swarms->list = longer;
   const size_t first = swarms->count;
   for (uint32_t at = range.first, end = at + range.count; at < end; swarms->count++) {
     const uint32_t next = child_end(list, at, end, level);

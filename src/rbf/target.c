@@ -1,5 +1,7 @@
 #include "rbf/target.h"
 
+#include "base/array.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -186,21 +188,9 @@ typedef struct far_list {
   size_t count, capacity;
 } far_list;
 
-/* Room for one more in a list, of elements of some size. */
-static void *longer(void *list, size_t count, size_t *capacity, size_t size)
-{
-  if (count < *capacity)
-    return list;
-  const size_t more = 2 * *capacity + 32;
-  void *result = realloc(list, more * size);
-  if (result)
-    *capacity = more;
-  return result;
-}
-
 static bool add_near(zs_target *t, uint32_t index)
 {
-  uint32_t *near = longer(t->near, t->near_count, &t->near_capacity, sizeof *near);
+  uint32_t *near = zs_array_grown(t->near, t->near_count + 1, &t->near_capacity, sizeof *near);
   if (!near)
     return false;
   t->near = near;
@@ -210,7 +200,7 @@ static bool add_near(zs_target *t, uint32_t index)
 
 static bool add_far(far_list *far, far_centres centres)
 {
-  far_centres *parts = longer(far->parts, far->count, &far->capacity, sizeof *parts);
+  far_centres *parts = zs_array_grown(far->parts, far->count + 1, &far->capacity, sizeof *parts);
   if (!parts)
     return false;
   far->parts = parts;

@@ -1,5 +1,6 @@
 #include "rbf/tree.h"
 
+#include "base/array.h"
 #include "field/program.h"
 #include "rbf/poll.h"
 #include "rbf/sum.h"
@@ -110,14 +111,10 @@ static bool is_blind(const builder *b, const cell *c)
 /* Make room for eight more nodes; their index, or 0 when memory is out. */
 static uint32_t add_children(grown *g)
 {
-  if (g->capacity - g->count < 8) {
-    size_t capacity = 2 * g->capacity + 64;
-    node *nodes = realloc(g->nodes, capacity * sizeof *nodes);
-    if (!nodes)
-      return 0;
-    g->nodes = nodes;
-    g->capacity = capacity;
-  }
+  node *nodes = zs_array_grown(g->nodes, g->count + 8, &g->capacity, sizeof *nodes);
+  if (!nodes)
+    return 0;
+  g->nodes = nodes;
   g->count += 8;
   return (uint32_t)(g->count - 8);
 }

@@ -1,5 +1,6 @@
 #include "samples/fill.h"
 
+#include "base/array.h"
 #include "samples/polygon.h"
 
 #include <math.h>
@@ -21,17 +22,11 @@ void zs_fill_clear(zs_fill *fill)
 
 static bool reserve(zs_fill *fill, size_t more)
 {
-  if (fill->count + more <= fill->capacity)
-    return true;
-  size_t capacity = fill->capacity ? fill->capacity : 64;
-  while (capacity < fill->count + more)
-    capacity *= 2;
-  double(*edges)[4] = realloc(fill->edges, capacity * sizeof *edges);
-  if (!edges)
-    return false;
-  fill->edges = edges;
-  fill->capacity = capacity;
-  return true;
+  double(*edges)[4] =
+    zs_array_grown(fill->edges, fill->count + more, &fill->capacity, sizeof *edges);
+  if (edges)
+    fill->edges = edges;
+  return edges || !more;
 }
 
 bool zs_fill_add_edge(zs_fill *fill, const double a[2], const double b[2])
@@ -176,17 +171,13 @@ static void add_cut(cutter *c, uint32_t edge, double along, double x, double y)
                       (fabs(x - e->b[0]) <= near && fabs(y - e->b[1]) <= near);
   if (at_end || c->failed)
     return;
-  if (c->count == c->capacity) {
-    const size_t capacity = c->capacity ? 2 * c->capacity : 64;
-    cut *cuts = realloc(c->cuts, capacity * sizeof *cuts);
-    if (!cuts) {
-      c->failed = true;
-      return;
-    }
-    c->cuts = cuts;
-    c->capacity = capacity;
+  cut *cuts = zs_array_grown(c->cuts, c->count + 1, &c->capacity, sizeof *cuts);
+  if (!cuts) {
+    c->failed = true;
+    return;
   }
-  c->cuts[c->count++] = (cut){edge, along, {x, y}};
+  c->cuts = cuts;
+  cuts[c->count++] = (cut){edge, along, {x, y}};
 }
 
 /* The signed distance of a point from an edge's line, and how far along it falls. */

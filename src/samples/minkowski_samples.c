@@ -1,5 +1,6 @@
 #include "samples/minkowski.h"
 
+#include "base/array.h"
 #include "field/program.h"
 
 #include <math.h>
@@ -90,34 +91,29 @@ static size_t visit(const zs_lattice_samples *a, bool *seen, size_t *stack, size
 uint32_t (*zs_lattice_parts(const zs_lattice_samples *a, size_t *count))[3]
 {
   const size_t stride = a->count[0], layer = stride * a->count[1], all = layer * a->count[2];
-  size_t room = 16;
+  size_t capacity = 0;
   bool *seen = calloc(all + 1, sizeof *seen);
   size_t *stack = malloc((all + 1) * sizeof *stack);
-  uint32_t(*parts)[3] = malloc(room * sizeof *parts);
+  uint32_t(*parts)[3] = zs_array_grown(NULL, 1, &capacity, sizeof *parts);
+  bool memory = seen && stack && parts;
   *count = 0;
-  for (size_t i = 0; seen && stack && parts && i < all; i++) {
+  for (size_t i = 0; memory && i < all; i++) {
     if (seen[i] || !(a->f[i] >= 0))
       continue;
     const size_t deepest = visit(a, seen, stack, i);
-    if (*count == room) {
-      uint32_t(*more)[3] = realloc(parts, 2 * room * sizeof *parts);
-      if (!more) {
-        free(parts);
-        parts = NULL;
-        break;
-      }
-      parts = more;
-      room *= 2;
-    }
+    uint32_t(*more)[3] = zs_array_grown(parts, *count + 1, &capacity, sizeof *parts);
+    memory = more;
+    if (!memory)
+      break;
+    parts = more;
     parts[*count][0] = (uint32_t)(deepest % stride);
     parts[*count][1] = (uint32_t)(deepest / stride % a->count[1]);
     parts[(*count)++][2] = (uint32_t)(deepest / layer);
   }
-  if (!seen || !stack) {
-    free(parts);
-    parts = NULL;
-  }
   free(seen);
   free(stack);
-  return parts;
+  if (memory)
+    return parts;
+  free(parts);
+  return NULL;
 }

@@ -1,5 +1,7 @@
 #include "scene/scene.h"
 
+#include "base/array.h"
+
 #include <stdlib.h>
 
 enum { KEPT = 8 }; /* compilations that an entry outlives without being used */
@@ -78,15 +80,12 @@ bool zs_cache_add(zs_cache *cache, const uint64_t key[2], const zs_cache_type *t
     type->unref(old);
     return true;
   }
-  if (cache->count == cache->capacity) {
-    size_t capacity = cache->capacity ? 2 * cache->capacity : 16;
-    entry *entries = realloc(cache->entries, capacity * sizeof *entries);
-    if (!entries)
-      return false;
-    cache->entries = entries;
-    cache->capacity = capacity;
-  }
-  cache->entries[cache->count++] =
+  entry *entries =
+    zs_array_grown(cache->entries, cache->count + 1, &cache->capacity, sizeof *entries);
+  if (!entries)
+    return false;
+  cache->entries = entries;
+  entries[cache->count++] =
     (entry){{key[0], key[1]}, type->ref(data), type, cache->compilation};
   return true;
 }

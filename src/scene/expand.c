@@ -1,6 +1,8 @@
 /* From elements to nodes: use, instance, repeat and expressions resolved. */
 #include "scene/scene.h"
 
+#include "base/array.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -62,17 +64,14 @@ static void halt_for_memory(expansion *x)
 
 static bool push(expansion *x, zs_node *node)
 {
-  if (x->stack_count == x->stack_capacity) {
-    size_t capacity = x->stack_capacity ? 2 * x->stack_capacity : 256;
-    zs_node **stack = realloc(x->stack, capacity * sizeof(zs_node *));
-    if (!stack) {
-      halt_for_memory(x);
-      return false;
-    }
-    x->stack = stack;
-    x->stack_capacity = capacity;
+  zs_node **stack =
+    zs_array_grown(x->stack, x->stack_count + 1, &x->stack_capacity, sizeof(zs_node *));
+  if (!stack) {
+    halt_for_memory(x);
+    return false;
   }
-  x->stack[x->stack_count++] = node;
+  x->stack = stack;
+  stack[x->stack_count++] = node;
   return true;
 }
 

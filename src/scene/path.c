@@ -1,5 +1,6 @@
 #include "scene/scene.h"
 
+#include "base/array.h"
 #include "base/names.h"
 
 #include <dirent.h>
@@ -125,16 +126,13 @@ typedef struct matches {
 
 static bool add_match(matches *all, zs_arena *arena, const char *name)
 {
-  if (all->count == all->capacity) {
-    const size_t capacity = 2 * all->capacity + 64;
-    const char **names = realloc(all->names, capacity * sizeof *names);
-    if (!names)
-      return false;
-    all->names = names;
-    all->capacity = capacity;
-  }
-  all->names[all->count] = zs_arena_string(arena, name, strlen(name));
-  return all->names[all->count++];
+  const char **names =
+    zs_array_grown(all->names, all->count + 1, &all->capacity, sizeof *names);
+  if (!names)
+    return false;
+  all->names = names;
+  names[all->count] = zs_arena_string(arena, name, strlen(name));
+  return names[all->count++];
 }
 
 static bool list_folder(const char *path, const char *pattern, zs_arena *arena, matches *all,

@@ -1,5 +1,6 @@
 #include "stack/blocks.h"
 
+#include "base/array.h"
 #include "rbf/fit.h"
 
 #include <math.h>
@@ -42,15 +43,11 @@ static size_t count_in(const maker *m, const double lo[2], const double hi[2], u
 static bool add_block(maker *m, const double lo[2], const double hi[2])
 {
   zs_blocks *b = m->blocks;
-  if (b->count == b->capacity) {
-    const size_t capacity = 2 * b->capacity + 16;
-    zs_block *grown = realloc(b->blocks, capacity * sizeof *grown);
-    if (!grown)
-      return false;
-    b->blocks = grown;
-    b->capacity = capacity;
-  }
-  zs_block *block = &b->blocks[b->count++];
+  zs_block *blocks = zs_array_grown(b->blocks, b->count + 1, &b->capacity, sizeof *blocks);
+  if (!blocks)
+    return false;
+  b->blocks = blocks;
+  zs_block *block = &blocks[b->count++];
   *block = (zs_block){.size = 1};
   memcpy(block->lo, lo, sizeof block->lo);
   memcpy(block->hi, hi, sizeof block->hi);

@@ -1,6 +1,8 @@
 /* What joined slices are put right by: the signs of given pixels, and parts from nowhere. */
 #include "stack/join.h"
 
+#include "base/array.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -84,15 +86,13 @@ static void unite_rows(runs *all, size_t row, size_t other)
 
 static bool add_run(runs *all, uint32_t from, uint32_t to, bool given)
 {
-  if (all->count == all->capacity) {
-    const size_t capacity = 2 * all->capacity + 1024;
-    run *grown = capacity < UINT32_MAX ? realloc(all->items, capacity * sizeof *grown) : NULL;
-    if (!grown)
-      return false;
-    all->items = grown;
-    all->capacity = capacity;
-  }
-  all->items[all->count] = (run){from, to, (uint32_t)all->count, given};
+  run *items = all->count < UINT32_MAX
+                 ? zs_array_grown(all->items, all->count + 1, &all->capacity, sizeof *items)
+                 : NULL;
+  if (!items)
+    return false;
+  all->items = items;
+  items[all->count] = (run){from, to, (uint32_t)all->count, given};
   all->count++;
   return true;
 }

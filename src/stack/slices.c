@@ -1,5 +1,7 @@
 #include "stack/slices.h"
 
+#include "base/array.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,16 +134,14 @@ static bool is_crowded(const tracer *t, float x, float y, float distance)
 static bool add(tracer *t, float x, float y, float value)
 {
   zs_stack_slice *s = t->slice;
-  if (s->count == t->capacity) {
-    const size_t capacity = 2 * t->capacity + 256;
-    zs_slice_point *points = realloc(s->points, capacity * sizeof *points);
-    s->points = points ? points : s->points;
-    int32_t *next = realloc(t->next, capacity * sizeof *next);
-    t->next = next ? next : t->next;
-    if (!points || !next)
-      return false;
-    t->capacity = capacity;
-  }
+  size_t capacity = t->capacity;
+  zs_slice_point *points =
+    zs_array_grown(s->points, s->count + 1, &capacity, sizeof *points);
+  s->points = points ? points : s->points;
+  int32_t *next = zs_array_grown(t->next, s->count + 1, &t->capacity, sizeof *next);
+  t->next = next ? next : t->next;
+  if (!points || !next)
+    return false;
   const size_t pixel = pixel_of(t->slices, x, y);
   t->next[s->count] = t->first[pixel];
   t->first[pixel] = (int32_t)s->count;
@@ -215,14 +215,11 @@ static bool make_points(const zs_slices *slices, zs_stack_slice *slice, const fl
 /* An empty slice; NULL when memory is out. */
 static zs_stack_slice *append(zs_slices *slices, size_t width, size_t height, double at)
 {
-  if (slices->count == slices->capacity) {
-    const size_t capacity = 2 * slices->capacity + 8;
-    zs_stack_slice *grown = realloc(slices->slices, capacity * sizeof *grown);
-    if (!grown)
-      return NULL;
-    slices->slices = grown;
-    slices->capacity = capacity;
-  }
+  zs_stack_slice *grown =
+    zs_array_grown(slices->slices, slices->count + 1, &slices->capacity, sizeof *grown);
+  if (!grown)
+    return NULL;
+  slices->slices = grown;
   slices->margin = MARGIN;
   slices->width = width + 2 * MARGIN;
   slices->height = height + 2 * MARGIN;

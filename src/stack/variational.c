@@ -1,6 +1,7 @@
 /* Gaps between slices filled by sums of radial functions through their outlines. */
 #include "stack/join.h"
 
+#include "base/array.h"
 #include "samples/raster_point.h"
 #include "stack/blocks.h"
 
@@ -53,15 +54,12 @@ typedef struct list {
 
 static bool append(list *l, double x, double y, double z, double value)
 {
-  if (l->count == l->capacity) {
-    const size_t capacity = 2 * l->capacity + 1024;
-    zs_block_constraint *grown = realloc(l->items, capacity * sizeof *grown);
-    if (!grown)
-      return false;
-    l->items = grown;
-    l->capacity = capacity;
-  }
-  l->items[l->count++] = (zs_block_constraint){{x, y, z}, value};
+  zs_block_constraint *items =
+    zs_array_grown(l->items, l->count + 1, &l->capacity, sizeof *items);
+  if (!items)
+    return false;
+  l->items = items;
+  items[l->count++] = (zs_block_constraint){{x, y, z}, value};
   return true;
 }
 

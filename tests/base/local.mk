@@ -1,6 +1,9 @@
 zs_tests += tests/base/test_arena
 tests_base_test_arena_SOURCES = tests/base/test_arena.c tests/random.h
 
+zs_tests += tests/base/test_array
+tests_base_test_array_SOURCES = tests/base/test_array.c
+
 zs_tests += tests/base/test_names
 tests_base_test_names_SOURCES = tests/base/test_names.c
 

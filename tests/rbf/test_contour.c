@@ -15,7 +15,8 @@ static const zs_rbf_plane ground = {.u = {1, 0, 0}, .v = {0, 1, 0}};
 static void trace(zs_rbf_samples *list, const double *points, const size_t *ends, size_t rings,
                   const zs_rbf_plane *plane, double spacing)
 {
-  zs_rings r = {ends[rings - 1], rings, (double *)points, (size_t *)ends};
+  zs_rings r = {.point_count = ends[rings - 1], .ring_count = rings, .points = (double *)points,
+                .ends = (size_t *)ends};
   assert_true(zs_rbf_contour_add(list, &r, plane, spacing, NULL, NULL));
 }
 
@@ -109,7 +110,8 @@ static void bad_rings_are_refused(void **state)
     char message[512] = "";
     zs_diag diag = {.report = keep_message, .context = message};
     zs_rbf_samples list = {0};
-    zs_rings rings = {cases[i].count, 1, (double *)cases[i].points, (size_t *)&cases[i].count};
+    zs_rings rings = {.point_count = cases[i].count, .ring_count = 1,
+                      .points = (double *)cases[i].points, .ends = (size_t *)&cases[i].count};
     assert_false(zs_rbf_contour_add(&list, &rings, &ground, NAN, NULL, &diag));
     if (!strstr(message, cases[i].message))
       fail_msg("case %zu: %s", i, message);
