@@ -2,6 +2,7 @@
 
 #include <ctype.h>
 #include <string.h>
+#include <strings.h>
 
 enum { FIRST_CAPACITY = 32 };
 
@@ -83,4 +84,10 @@ int zs_compare_naturally(const char *a, const char *b)
     }
   }
   return (unsigned char)*a - (unsigned char)*b;
+}
+
+bool zs_name_ends_in(const char *name, const char *ending)
+{
+  const size_t length = strlen(name), n = strlen(ending);
+  return length > n && strcasecmp(name + length - n, ending) == 0;
 }

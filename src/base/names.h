@@ -1,4 +1,5 @@
-/* Names: a table from them to numbers, such as places in an array, and their natural order. */
+/* Names: a table from them to numbers, such as places in an array, their natural order and their
+ * endings. */
 #ifndef ZS_NAMES_H
 #define ZS_NAMES_H
 
@@ -29,5 +30,8 @@ bool zs_names_add(zs_names *names, zs_arena *arena, const char *text, size_t len
 /* Less than, equal to or greater than 0 as a comes before, with or after b: digits compare as
  * numbers, all else byte by byte. */
 int zs_compare_naturally(const char *a, const char *b);
+
+/* Whether a name is something and then an ending (".nii.gz"), in either case. */
+bool zs_name_ends_in(const char *name, const char *ending);
 
 #endif

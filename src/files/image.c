@@ -1,6 +1,7 @@
 #include "files/image.h"
 
 #include "base/arena.h"
+#include "base/names.h"
 #include "base/output.h"
 
 #include <errno.h>
@@ -8,7 +9,6 @@
 #include <setjmp.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 bool zs_image_size_check(uint32_t width, uint32_t height, zs_diag *diag)
 {
@@ -147,8 +147,7 @@ static bool write_png(const zs_image *image, FILE *stream, const char *path, zs_
 
 bool zs_image_write(const zs_image *image, const char *path, zs_diag *diag)
 {
-  const char *ending = strrchr(path, '.');
-  if (!ending || strcasecmp(ending, ".png"))
+  if (!zs_name_ends_in(path, ".png"))
     return zs_fail(diag, ZS_ERROR_ARGUMENT, path, "unknown kind of picture; expected a name.png");
   if (!image->pixels || (image->channels != 1 && image->channels != 3))
     return zs_fail(diag, ZS_ERROR_ARGUMENT, path,

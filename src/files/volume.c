@@ -1,5 +1,6 @@
 #include "files/volume.h"
 
+#include "base/names.h"
 #include "files/nifti.h"
 #include "files/number.h"
 
@@ -7,7 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <zlib.h>
 
 static const struct {
@@ -32,14 +32,11 @@ static const struct {
 
 bool zs_volume_format_of(const char *path, zs_volume_format *format, zs_diag *diag)
 {
-  const size_t length = strlen(path);
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
-    const size_t n = strlen(formats[i].ending);
-    if (length >= n && !strcasecmp(path + length - n, formats[i].ending)) {
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (zs_name_ends_in(path, formats[i].ending)) {
       *format = formats[i].format;
       return true;
     }
-  }
   return zs_fail(diag, ZS_ERROR_ARGUMENT, path,
                  "unknown kind of volume file; expected a name.vti, .nrrd, .mhd, .nii, .nii.gz or "
                  ".raw");

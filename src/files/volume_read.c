@@ -4,6 +4,7 @@
 #include "files/volume_input.h"
 
 #include "base/expression.h"
+#include "base/names.h"
 
 #include <errno.h>
 #include <math.h>
@@ -289,12 +290,9 @@ enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
 static int format_of(const char *path)
 {
-  const size_t length = strlen(path);
-  for (int i = 0; i < FORMAT_COUNT; i++) {
-    const size_t n = strlen(formats[i].ending);
-    if (length > n && strcasecmp(path + length - n, formats[i].ending) == 0)
+  for (int i = 0; i < FORMAT_COUNT; i++)
+    if (zs_name_ends_in(path, formats[i].ending))
       return i;
-  }
   return -1;
 }
 

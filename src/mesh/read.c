@@ -4,6 +4,7 @@
 
 #include "base/array.h"
 #include "base/expression.h"
+#include "base/names.h"
 
 #include <errno.h>
 #include <float.h>
@@ -12,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 
 enum { SHOWN = 40 /* characters of a word in a message */ };
@@ -326,12 +326,9 @@ static const format formats[] = {
 
 static const format *format_of(const char *path)
 {
-  size_t length = strlen(path);
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
-    size_t n = strlen(formats[i].ending);
-    if (length > n && strcasecmp(path + length - n, formats[i].ending) == 0)
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (zs_name_ends_in(path, formats[i].ending))
       return &formats[i];
-  }
   return NULL;
 }
 

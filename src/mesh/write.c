@@ -2,12 +2,12 @@
 #include "mesh/openmesh.h"
 
 #include "base/diagnostic.h"
+#include "base/names.h"
 #include "base/output.h"
 
 #include <errno.h>
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 enum { BUFFER = 16384, FLOAT_SIZE = 32 };
 
@@ -227,12 +227,9 @@ static const format formats[] = {
 
 static const format *format_of(const char *path)
 {
-  size_t length = strlen(path);
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
-    size_t n = strlen(formats[i].ending);
-    if (length > n && strcasecmp(path + length - n, formats[i].ending) == 0)
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (zs_name_ends_in(path, formats[i].ending))
       return &formats[i];
-  }
   return NULL;
 }
 

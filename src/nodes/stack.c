@@ -2,6 +2,7 @@
 #include "nodes/stack.h"
 
 #include "base/key.h"
+#include "base/names.h"
 #include "files/volume_read.h"
 #include "scene/tree.h"
 #include "stack/join.h"
@@ -98,7 +99,7 @@ static bool check_outlines(const zs_node *node, zs_diag *diag)
   if (isnan(p->pixel))
     return zs_node_misuse(node, diag, "pixel", "outlines have no pixels; expected a length");
   for (size_t i = 0; zs_node_has(node, "y") && i < p->src.count; i++)
-    if (!zs_stack_ends_in(p->src.paths[i], ".svg"))
+    if (!zs_name_ends_in(p->src.paths[i], ".svg"))
       return zs_node_misuse(node, diag, "y", "'%.80s' has y as it is",
                             zs_stack_file_name(p->src.paths[i]));
   return true;

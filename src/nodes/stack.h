@@ -45,6 +45,5 @@ bool zs_stack_check_levels(const zs_node *node, size_t slices, const char *what,
 bool zs_stack_read_outlines(zs_stack_read *read, const zs_node *node, const zs_control *control,
                             zs_diag *diag);
 bool zs_stack_is_outline(const char *path);
-bool zs_stack_ends_in(const char *path, const char *ending);
 
 #endif

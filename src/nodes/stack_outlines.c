@@ -2,6 +2,7 @@
 #include "nodes/stack.h"
 
 #include "base/array.h"
+#include "base/names.h"
 #include "field/program.h"
 #include "files/image.h"
 #include "files/rings.h"
@@ -13,7 +14,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 /* Pixels along the longest side when their size is not given. */
 enum { ACROSS = 128 };
@@ -28,17 +28,11 @@ typedef struct drawing {
   size_t total;           /* slices in the files */
 } drawing;
 
-bool zs_stack_ends_in(const char *path, const char *ending)
-{
-  const size_t length = strlen(path), n = strlen(ending);
-  return length > n && strcasecmp(path + length - n, ending) == 0;
-}
-
 bool zs_stack_is_outline(const char *path)
 {
   static const char *const endings[] = {".svg", ".txt", ".csv", ".xy"};
   for (size_t i = 0; i < ZS_COUNT_OF(endings); i++)
-    if (zs_stack_ends_in(path, endings[i]))
+    if (zs_name_ends_in(path, endings[i]))
       return true;
   return false;
 }
@@ -120,11 +114,11 @@ static bool read_rings(drawing *d, const char *path, zs_diag *diag)
 static bool read_files(drawing *d, zs_diag *diag)
 {
   const struct stack *p = d->node->parameters;
-  if (p->src.count == 1 && zs_stack_ends_in(p->src.paths[0], ".svg"))
+  if (p->src.count == 1 && zs_name_ends_in(p->src.paths[0], ".svg"))
     return read_groups(d, p->src.paths[0], diag);
   for (size_t i = 0; i < p->src.count; i++) {
     const char *path = p->src.paths[i];
-    if (is_wanted(d) && !(zs_stack_ends_in(path, ".svg") ? read_svg(d, path, diag)
+    if (is_wanted(d) && !(zs_name_ends_in(path, ".svg") ? read_svg(d, path, diag)
                                                 : read_rings(d, path, diag)))
       return false;
   }

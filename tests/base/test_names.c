@@ -52,11 +52,24 @@ static void test_odd_names(void **state)
   zs_arena_free(&arena);
 }
 
+static void endings_are_told(void **state)
+{
+  (void)state;
+  assert_true(zs_name_ends_in("a.nii", ".nii"));
+  assert_true(zs_name_ends_in("folder.x/A.Nii.GZ", ".nii.gz"));
+  assert_false(zs_name_ends_in("a.nii.gz", ".nii"));
+  assert_false(zs_name_ends_in("anii", ".nii"));
+  assert_false(zs_name_ends_in(".nii", ".nii")); /* nothing before it */
+  assert_false(zs_name_ends_in("", ".nii"));
+  assert_false(zs_name_ends_in("", ""));
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_many_names),
     cmocka_unit_test(test_odd_names),
+    cmocka_unit_test(endings_are_told),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
