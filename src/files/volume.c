@@ -42,11 +42,6 @@ bool zs_volume_format_of(const char *path, zs_volume_format *format, zs_diag *di
                  ".raw");
 }
 
-size_t zs_sample_size(zs_sample_type type)
-{
-  return types[type].size;
-}
-
 /* Where sample 0 sits on each axis. */
 static void first_sample(const zs_grid *grid, double at[3])
 {

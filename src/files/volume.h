@@ -18,9 +18,6 @@ typedef enum zs_volume_format {
 /* The format by the ending of a name, in either case; false after reporting. */
 bool zs_volume_format_of(const char *path, zs_volume_format *format, zs_diag *diag);
 
-/* Bytes of one sample. */
-size_t zs_sample_size(zs_sample_type type);
-
 /* A volume file under way. */
 typedef struct zs_volume_writer {
   zs_volume_format format;

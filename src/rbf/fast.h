@@ -16,7 +16,7 @@
 
 typedef struct zs_fast zs_fast;
 
-enum { ZS_FAST_LEAST_ORDER = 3, ZS_FAST_MOST_ORDER = 12 };
+enum { ZS_FAST_MOST_ORDER = 12 };
 
 /* For products between the points of two trees, which are borrowed and may be
  * the same, with at most `order` nodes along each side of a cluster.  NULL when

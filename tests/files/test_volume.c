@@ -22,6 +22,14 @@ static const char *const vti_types[] = {"UInt8", "Int16", "Float32", "Float64"};
 static const char *const nrrd_types[] = {"uint8", "int16", "float", "double"};
 static const char *const mhd_types[] = {"MET_UCHAR", "MET_SHORT", "MET_FLOAT", "MET_DOUBLE"};
 
+/* Bytes of one sample. */
+static size_t sample_size(zs_sample_type type)
+{
+  static const size_t sizes[] = {
+    [ZS_SAMPLE_U8] = 1, [ZS_SAMPLE_I16] = 2, [ZS_SAMPLE_F32] = 4, [ZS_SAMPLE_F64] = 8};
+  return sizes[type];
+}
+
 /* Sample i, a number that every type holds. */
 static float sample(size_t i)
 {
@@ -44,7 +52,7 @@ static void write_volume(const char *path, zs_sample_type type)
 static double decode(const unsigned char *bytes, zs_sample_type type)
 {
   uint64_t bits = 0;
-  for (size_t i = 0; i < zs_sample_size(type); i++)
+  for (size_t i = 0; i < sample_size(type); i++)
     bits |= (uint64_t)bytes[i] << (8 * i);
   float single;
   double number;
@@ -60,7 +68,7 @@ static double decode(const unsigned char *bytes, zs_sample_type type)
 static void check_samples(const char *bytes, zs_sample_type type)
 {
   for (size_t i = 0; i < COUNT; i++)
-    assert_true(decode((const unsigned char *)bytes + i * zs_sample_size(type), type) ==
+    assert_true(decode((const unsigned char *)bytes + i * sample_size(type), type) ==
                 (double)sample(i));
 }
 
@@ -74,7 +82,7 @@ static void test_vti(void **state)
 {
   (void)state;
   for (size_t t = 0; t < 4; t++) {
-    size_t length, size = COUNT * zs_sample_size(types[t]);
+    size_t length, size = COUNT * sample_size(types[t]);
     const char *path = scratch_path(&folder, "a.vti");
     write_volume(path, types[t]);
     char *text = read_whole(path, &length);
@@ -102,7 +110,7 @@ static void test_nrrd(void **state)
 {
   (void)state;
   for (size_t t = 0; t < 4; t++) {
-    size_t length, size = COUNT * zs_sample_size(types[t]);
+    size_t length, size = COUNT * sample_size(types[t]);
     const char *path = scratch_path(&folder, "a.NRRD"); /* endings in any case */
     write_volume(path, types[t]);
     char *text = read_whole(path, &length);
@@ -143,7 +151,7 @@ static void test_mhd(void **state)
     assert_contains(text, "\nBinaryDataByteOrderMSB = False\n");
     const char *last = "ElementDataFile = name.with.dots.raw\n"; /* must come last */
     assert_string_equal(text + length - strlen(last), last);
-    assert_int_equal(raw_length, COUNT * zs_sample_size(types[t]));
+    assert_int_equal(raw_length, COUNT * sample_size(types[t]));
     check_samples(raw, types[t]);
     free(text);
     free(raw);
@@ -159,7 +167,7 @@ static void test_raw(void **state)
     write_volume(path, types[t]);
     char *bytes = read_whole(path, &length);
     assert_non_null(bytes);
-    assert_int_equal(length, COUNT * zs_sample_size(types[t]));
+    assert_int_equal(length, COUNT * sample_size(types[t]));
     check_samples(bytes, types[t]);
     free(bytes);
   }
@@ -183,9 +191,9 @@ static void test_bytes(void **state)
     assert_true(zs_volume_commit(&writer, NULL));
     char *bytes = read_whole(path, &length);
     assert_non_null(bytes);
-    assert_int_equal(length, MANY * zs_sample_size(types[t]));
+    assert_int_equal(length, MANY * sample_size(types[t]));
     for (size_t i = 0; i < MANY; i++)
-      assert_true(decode((unsigned char *)bytes + i * zs_sample_size(types[t]), types[t]) ==
+      assert_true(decode((unsigned char *)bytes + i * sample_size(types[t]), types[t]) ==
                   samples[i]);
     free(bytes);
   }
@@ -207,7 +215,7 @@ static void test_rounding(void **state)
     char *bytes = read_whole(path, &length);
     assert_non_null(bytes);
     for (size_t i = 0; i < 7; i++)
-      assert_true(decode((unsigned char *)bytes + i * zs_sample_size(types[t]), types[t]) ==
+      assert_true(decode((unsigned char *)bytes + i * sample_size(types[t]), types[t]) ==
                   (t ? i16 : u8)[i]);
     free(bytes);
   }
