@@ -12,8 +12,8 @@
  * surface, each a piece of it as large as its neighbours are far, wind around a place
  * (Barill et al., "Fast winding numbers for soups and clouds", SIGGRAPH 2018).  Places where
  * that is not clear are left out, and the list is empty when samples have no normals, or
- * those of an open surface or of curves on one.  It costs about n log n of n samples, for places as many as
- * there are samples but at most some thousands.  False when memory is out. */
+ * those of an open surface or of curves on one.  It costs about n log n of n samples, for
+ * places as many as there are samples but at most some thousands.  False when memory is out. */
 bool zs_rbf_witnesses_make(zs_rbf_constraints *witnesses, const zs_rbf_samples *samples,
                            unsigned dimension, const zs_control *control);
 

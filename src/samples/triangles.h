@@ -40,8 +40,9 @@ typedef struct zs_triangles {
 
 /* The surface of `count` triangles, three vertices each, counter-clockwise seen from
  * outside, of vertices with three coordinates, which are taken over.  It must be closed:
- * every edge is run along by as many triangles one way as the other.  NULL when memory is out or no triangle has
- * three different vertices, and the positions are freed; zs_triangles_free takes NULL too. */
+ * every edge is run along by as many triangles one way as the other.  NULL when memory is
+ * out or no triangle has three different vertices, and the positions are freed;
+ * zs_triangles_free takes NULL too. */
 zs_triangles *zs_triangles_new(double *positions, const uint32_t *triangles, size_t count);
 void zs_triangles_free(void *triangles);
 
