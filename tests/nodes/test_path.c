@@ -203,18 +203,6 @@ static void test_pages(void **unused)
 
 /* ---- What is wrong ------------------------------------------------------------------- */
 
-static void expect_error(const char *body, const char *part)
-{
-  seen s = {.message = ""};
-  zs_diag diag = {.report = keep, .context = &s};
-  zs_scene *scene = parse(body, &diag);
-  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
-  if (field || !strstr(s.message, part))
-    fail_msg("'%s' is not in: %s", part, s.message);
-  zs_field_unref(field);
-  zs_scene_free(scene);
-}
-
 static void test_mistakes(void **unused)
 {
   (void)unused;
@@ -233,7 +221,7 @@ static void test_mistakes(void **unused)
     {"<path d='M0 0H1V1Z' tolerance='0'/>", "expected 'auto' or a length > 0"},
     {"<path src='none.svg'/>", "cannot be opened"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-    expect_error(cases[i][0], cases[i][1]);
+    refuses(cases[i][0], cases[i][1]);
   static const char *const files[][2] = {
     {"", "the file is empty; expected <svg>"},
     {"<html/>", "the root element is no <svg>"},
@@ -252,10 +240,10 @@ static void test_mistakes(void **unused)
     {SVG "><g></svg>", "does not close"}};
   for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
     write_text("a.svg", files[i][0]);
-    expect_error("<path src='a.svg'/>", files[i][1]);
+    refuses("<path src='a.svg'/>", files[i][1]);
   }
   write_text("a.svg", SVG "><rect width='1' height='1'/></svg>");
-  expect_error("<path src='a.svg' group='x'/>", "no element with the id 'x'");
+  refuses("<path src='a.svg' group='x'/>", "no element with the id 'x'");
 }
 
 /* Path data and files with some characters changed: read or refused. */

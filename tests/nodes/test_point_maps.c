@@ -240,29 +240,17 @@ static void right_points_change_nothing(void **unused)
   }
 }
 
-static void expect_error(const char *body, const char *message)
-{
-  seen s = {.message = ""};
-  zs_diag diag = {.report = keep, .context = &s};
-  zs_scene *scene = parse(body, &diag);
-  zs_field *field = scene ? zs_scene_compile(scene, NULL, NULL, &diag) : NULL;
-  assert_null(field);
-  if (!strstr(s.message, message) || diag.errors == 0)
-    fail_msg("%u errors: %s", diag.errors, s.message);
-  zs_scene_free(scene);
-}
-
 static void bad_input_is_refused(void **unused)
 {
   (void)unused;
   write_text("bad.txt", "0 0 0\n1 2\n");
-  expect_error("<fit-points><sphere/></fit-points>", "no points");
-  expect_error("<fit-points><points src='none.txt'/><sphere/></fit-points>", "");
-  expect_error("<fit-points><points src='bad.txt'/><sphere/></fit-points>", "");
-  expect_error("<fit-points><point at='0 0 0'/><point at='0 0 0' value='1'/><sphere/></fit-points>",
-               "contradict");
-  expect_error("<space-map><pair from='0 0 1' to='0 0 0'/><pair from='1 0 0' to='0 0 0'/><sphere/>"
-               "</space-map>", "contradict");
+  refuses("<fit-points><sphere/></fit-points>", "no points");
+  refuses("<fit-points><points src='none.txt'/><sphere/></fit-points>", "");
+  refuses("<fit-points><points src='bad.txt'/><sphere/></fit-points>", "");
+  refuses("<fit-points><point at='0 0 0'/><point at='0 0 0' value='1'/><sphere/></fit-points>",
+          "contradict");
+  refuses("<space-map><pair from='0 0 1' to='0 0 0'/><pair from='1 0 0' to='0 0 0'/><sphere/>"
+          "</space-map>", "contradict");
   /* Where the child has no value there is nothing to correct. */
   assert_true(value_in("<fit-points><point at='-1 0 0'/><formula>sqrt(x)</formula></fit-points>", 4,
                        0, 0) == 2);
