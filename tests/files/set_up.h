@@ -4,6 +4,13 @@
 
 #include "scratch.h"
 
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
 static scratch folder;
 
 static inline int set_up(void **state)
@@ -17,6 +24,17 @@ static inline int tear_down(void **state)
   (void)state;
   scratch_remove(&folder);
   return 0;
+}
+
+/* The path of a new file in the folder that holds some bytes; valid until the next path. */
+static inline const char *written(const char *name, const void *bytes, size_t length)
+{
+  const char *path = scratch_path(&folder, name);
+  FILE *file = fopen(path, "wb");
+  assert_non_null(file);
+  assert_int_equal(fwrite(bytes, 1, length, file), length);
+  assert_int_equal(fclose(file), 0);
+  return path;
 }
 
 #endif

@@ -13,16 +13,6 @@
 
 #include <cmocka.h>
 
-static const char *written(const char *name, const void *bytes, size_t length)
-{
-  const char *path = scratch_path(&folder, name);
-  FILE *file = fopen(path, "wb");
-  assert_non_null(file);
-  assert_int_equal(fwrite(bytes, 1, length, file), length);
-  assert_int_equal(fclose(file), 0);
-  return path;
-}
-
 static bool near(float a, double b)
 {
   return fabs((double)a - b) < 1e-6;

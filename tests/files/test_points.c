@@ -25,22 +25,12 @@ static void keep(void *context, const zs_diagnostic *d)
   f->line = d->line;
 }
 
-static const char *write_file(const char *bytes, size_t length)
-{
-  const char *path = scratch_path(&folder, "points");
-  FILE *file = fopen(path, "wb");
-  assert_non_null(file);
-  assert_int_equal(fwrite(bytes, 1, length, file), length);
-  assert_int_equal(fclose(file), 0);
-  return path;
-}
-
 static zs_points read_text(const char *text)
 {
   zs_points points;
   found f = {.message = ""};
   zs_diag diag = {.report = keep, .context = &f};
-  if (!zs_points_read(&points, write_file(text, strlen(text)), &diag))
+  if (!zs_points_read(&points, written("points", text, strlen(text)), &diag))
     fail_msg("%s", f.message);
   assert_int_equal(diag.errors, 0);
   return points;
@@ -160,14 +150,14 @@ static void ply_binary(void **state)
       n += put(bytes + n, 200, 1, big);
     }
     zs_points p;
-    assert_true(zs_points_read(&p, write_file(bytes, n), NULL));
+    assert_true(zs_points_read(&p, written("points", bytes, n), NULL));
     assert_int_equal(p.count, 2);
     check(p.positions, 6, (double[]){1.5, -2.25, -7, 1.5, -2.25, -7});
     check(p.values, 2, (double[]){200, 200});
     zs_points_clear(&p);
     /* Every shorter file is an error. */
     for (size_t shorter = 0; shorter < n; shorter++)
-      assert_false(zs_points_read(&p, write_file(bytes, shorter), NULL));
+      assert_false(zs_points_read(&p, written("points", bytes, shorter), NULL));
   }
 }
 
@@ -213,7 +203,7 @@ static void bad_files_are_explained(void **state)
     zs_points points;
     found f = {.message = ""};
     zs_diag diag = {.report = keep, .context = &f};
-    const char *path = write_file(cases[i].text, strlen(cases[i].text));
+    const char *path = written("points", cases[i].text, strlen(cases[i].text));
     assert_false(zs_points_read(&points, path, &diag));
     assert_int_equal(diag.errors, 1);
     if (!strstr(f.message, cases[i].message) || f.line != cases[i].line)
@@ -229,12 +219,12 @@ static void binary_and_absent_files(void **state)
   zs_points points;
   found f = {.message = ""};
   zs_diag diag = {.report = keep, .context = &f};
-  assert_false(zs_points_read(&points, write_file("1 2 3\n\0\1\2", 9), &diag));
+  assert_false(zs_points_read(&points, written("points", "1 2 3\n\0\1\2", 9), &diag));
   assert_int_equal(f.line, 2);
   assert_int_equal(diag.status, ZS_ERROR_SYNTAX);
   char line[6000];
   memset(line, '1', sizeof line);
-  assert_false(zs_points_read(&points, write_file(line, sizeof line), &diag));
+  assert_false(zs_points_read(&points, written("points", line, sizeof line), &diag));
   assert_non_null(strstr(f.message, "longer than"));
   diag.errors = 0;
   assert_false(zs_points_read(&points, scratch_path(&folder, "absent"), &diag));
@@ -267,7 +257,7 @@ static void damaged_files_are_read_or_refused(void **state)
     }
     zs_diag diag = {0};
     zs_points points;
-    if (zs_points_read(&points, write_file(bytes, length), &diag)) {
+    if (zs_points_read(&points, written("points", bytes, length), &diag)) {
       read++;
       assert_int_equal(diag.errors, 0);
       for (size_t k = 0; k < 3 * points.count; k++)

@@ -10,14 +10,9 @@
 
 #include <cmocka.h>
 
-static const char *written(const char *text)
+static const char *rings_file(const char *text)
 {
-  const char *path = scratch_path(&folder, "rings.txt");
-  FILE *file = fopen(path, "w");
-  assert_non_null(file);
-  fputs(text, file);
-  assert_int_equal(fclose(file), 0);
-  return path;
+  return written("rings.txt", text, strlen(text));
 }
 
 static void rings_are_separated_by_blank_lines(void **state)
@@ -26,7 +21,7 @@ static void rings_are_separated_by_blank_lines(void **state)
   static const double expected[] = {0, 0, 1, 0, 1, 1.5, 5, 5, 6, 5, 6, 6};
   zs_rings rings;
   assert_true(zs_rings_read(
-    &rings, written("# two\n\n0 0\n1, 0\n# within\n1;1.5 # corner\n\n \n5\t5\n6 5\n6 6\n5 5\n"),
+    &rings, rings_file("# two\n\n0 0\n1, 0\n# within\n1;1.5 # corner\n\n \n5\t5\n6 5\n6 6\n5 5\n"),
     NULL));
   assert_int_equal(rings.ring_count, 2);
   assert_int_equal(rings.point_count, 6);
@@ -69,7 +64,7 @@ static void mistakes_are_located(void **state)
     seen s = {.message = ""};
     zs_diag diag = {.report = keep, .context = &s};
     zs_rings rings;
-    assert_false(zs_rings_read(&rings, written(cases[i].text), &diag));
+    assert_false(zs_rings_read(&rings, rings_file(cases[i].text), &diag));
     assert_null(rings.points);
     if (!strstr(s.message, cases[i].message) || s.line != cases[i].line)
       fail_msg("case %zu: line %u: %s", i, s.line, s.message);

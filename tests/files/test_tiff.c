@@ -386,16 +386,6 @@ static size_t make_bytes(uint8_t *bytes, const entry *changed, uint32_t next)
   return DATA + 64;
 }
 
-static const char *written(const char *name, const void *bytes, size_t length)
-{
-  const char *path = scratch_path(&folder, name);
-  FILE *file = fopen(path, "wb");
-  assert_non_null(file);
-  assert_int_equal(fwrite(bytes, 1, length, file), length);
-  assert_int_equal(fclose(file), 0);
-  return path;
-}
-
 static void keep_message(void *context, const zs_diagnostic *diagnostic)
 {
   snprintf(context, 512, "%s", diagnostic->message);

@@ -48,11 +48,7 @@ __attribute__((format(printf, 1, 2))) static void add_text(const char *format, .
 
 static const char *save(const char *name)
 {
-  const char *path = scratch_path(&folder, name);
-  FILE *stream = fopen(path, "wb");
-  assert_non_null(stream);
-  assert_int_equal(fwrite(file.bytes, 1, file.length, stream), file.length);
-  assert_int_equal(fclose(stream), 0);
+  const char *path = written(name, file.bytes, file.length);
   file.length = 0;
   return path;
 }
