@@ -32,7 +32,8 @@ typedef struct reader {
   cursor cursor;
   zs_names names; /* each name is stored once */
   zs_element *root, *open;
-  bool stopped; /* an error has been reported */
+  bool stopped;   /* an error has been reported */
+  bool exhausted; /* a part of libxml2 that knows no parser ran out of memory */
 } reader;
 
 const zs_xml_language zs_xml_scene = {.name_space = ZS_NAMESPACE, .root = "scene"};
@@ -304,7 +305,7 @@ static void on_error(void *data, error_pointer error)
   reader *r = ((xmlParserCtxtPtr)data)->_private;
   if (r->stopped || error->level == XML_ERR_WARNING)
     return;
-  if (error->code == XML_ERR_NO_MEMORY) {
+  if (r->exhausted || error->code == XML_ERR_NO_MEMORY) {
     stop_for_memory(r);
     return;
   }
@@ -312,6 +313,15 @@ static void on_error(void *data, error_pointer error)
   r->stopped = true;
   report_libxml(r, error);
   xmlStopParser(r->context);
+}
+
+/* Errors of the parts that know no parser, such as that for URIs: out of memory, which
+ * would else be printed, and then look like an error of the document. */
+static void on_error_elsewhere(void *data, error_pointer error)
+{
+  reader *r = data;
+  if (error->code == XML_ERR_NO_MEMORY)
+    r->exhausted = true;
 }
 
 /* ---- Events ------------------------------------------------------------ */
@@ -733,6 +743,8 @@ static zs_element *parse(reader *r)
   context->_private = r;
   r->context = context;
   xmlParseDocument(context);
+  if (r->exhausted)
+    stop_for_memory(r);
   bool complete = context->wellFormed && !r->stopped && r->root;
   if (!complete && !r->stopped)
     report_at(r, position(r), NULL, "not well-formed XML%s", "");
@@ -749,7 +761,15 @@ zs_element *zs_xml_parse(const zs_source *source, const zs_xml_language *languag
     report_at(&r, 0, NULL, "the file is larger than 2 GiB%s", "");
     return NULL;
   }
-  return check_text(&r) ? parse(&r) : NULL;
+  if (!check_text(&r))
+    return NULL;
+  /* The thread's own handler, which its host may use too. */
+  xmlStructuredErrorFunc handler = xmlStructuredError;
+  void *handler_data = xmlStructuredErrorContext;
+  xmlSetStructuredErrorFunc(&r, on_error_elsewhere);
+  zs_element *root = parse(&r);
+  xmlSetStructuredErrorFunc(handler_data, handler);
+  return root;
 }
 
 /* ---- Places ------------------------------------------------------------ */

@@ -16,17 +16,19 @@ const char *zs_path_folder(const char *name, zs_arena *arena)
   return zs_arena_string(arena, name, slash ? (size_t)(slash - name) + 1 : 0);
 }
 
-/* Add the folder that a path leads to, without links. */
-static bool add_root(zs_scene *scene, const char *path)
+/* Add the folder that a path leads to, without links.  Returns 0, or the errno that says why
+ * not. */
+static int add_root(zs_scene *scene, const char *path)
 {
   char *real = realpath(path, NULL);
   if (!real)
-    return false;
+    return errno;
   const char *copy = zs_arena_string(&scene->arena, real, strlen(real));
   free(real);
-  if (copy)
-    scene->roots[scene->root_count++] = copy;
-  return copy;
+  if (!copy)
+    return ENOMEM;
+  scene->roots[scene->root_count++] = copy;
+  return 0;
 }
 
 bool zs_paths_init(zs_scene *scene, const char *name, zs_diag *diag)
@@ -34,16 +36,18 @@ bool zs_paths_init(zs_scene *scene, const char *name, zs_diag *diag)
   size_t count = scene->options.allow_path_count;
   scene->roots = ZS_ARENA_NEW(&scene->arena, const char *, count + 1);
   const char *folder = zs_path_folder(name, &scene->arena);
-  if (!scene->roots || !folder)
-    return zs_fail_memory(diag);
   /* The folder of text in memory need not exist: then it holds no files. */
-  add_root(scene, *folder ? folder : ".");
+  if (!scene->roots || !folder || add_root(scene, *folder ? folder : ".") == ENOMEM)
+    return zs_fail_memory(diag);
   bool good = true;
   for (size_t i = 0; i < count; i++) {
     const char *path = scene->options.allow_paths[i];
-    if (!add_root(scene, path))
+    const int reason = add_root(scene, path);
+    if (reason == ENOMEM)
+      return zs_fail_memory(diag);
+    if (reason)
       good = zs_fail(diag, ZS_ERROR_ARGUMENT, NULL, "allowed folder '%s': %s", path,
-                     strerror(errno));
+                     strerror(reason));
   }
   return good;
 }
@@ -83,6 +87,10 @@ const char *zs_path_resolve(const zs_scene *scene, const char *folder, const cha
   memcpy(path, folder, prefix);
   memcpy(path + prefix, reference, length);
   char *real = realpath(path, NULL);
+  if (!real && errno == ENOMEM) {
+    zs_fail_memory(diag);
+    return NULL;
+  }
   if (!real) {
     zs_report(diag, ZS_ERROR, ZS_ERROR_IO, place, NULL, "'%s' cannot be opened: %s", reference,
               strerror(errno));
@@ -139,6 +147,8 @@ static bool list_folder(const char *path, const char *pattern, zs_arena *arena, 
                         const zs_place *place, zs_diag *diag)
 {
   DIR *folder = opendir(*path ? path : ".");
+  if (!folder && errno == ENOMEM)
+    return zs_fail_memory(diag);
   if (!folder)
     return zs_report(diag, ZS_ERROR, ZS_ERROR_IO, place, NULL, "'%s' cannot be opened: %s", path,
                      strerror(errno));

@@ -3,6 +3,7 @@
 #include "nodes/fits.h"
 #include "scene/scene.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,10 +29,13 @@ static bool check_folder(const zs_scene *scene, const char *path, zs_diag *diag)
   const char *folder = zs_path_folder(path, &arena), *own = scene->files->folder;
   char *a = folder ? realpath(*folder ? folder : ".", NULL) : NULL;
   char *b = realpath(*own ? own : ".", NULL);
+  const bool exhausted = !folder || ((!a || !b) && errno == ENOMEM);
   const bool same = a && b && strcmp(a, b) == 0;
   free(a);
   free(b);
   zs_arena_free(&arena);
+  if (exhausted)
+    return zs_fail_memory(diag);
   return same || zs_fail(diag, ZS_ERROR_ARGUMENT, path, "a fitted scene has to be in the folder of "
                          "the scene, where the files are that it names");
 }

@@ -127,8 +127,9 @@ static bool fit(const maker *m, zs_block *block)
                                     .count = count,
                                     .positions = positions,
                                     .values = values};
-    zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, NULL);
-    memory = !rbf || keep_fit(block, rbf);
+    zs_diag quiet = {0};
+    zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, &quiet);
+    memory = rbf ? keep_fit(block, rbf) : quiet.status != ZS_ERROR_MEMORY;
     zs_rbf_free(rbf);
   }
   free(found);
@@ -149,9 +150,11 @@ bool zs_blocks_make(zs_blocks *blocks, const zs_block_constraint *constraints, s
       hi[k] = fmax(hi[k], constraints[i].at[k]);
     }
   bool memory = count == 0 || divide(&m, lo, hi, 0);
+  if (memory) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(rules->threads) reduction(&& : memory)
-  for (size_t i = 0; i < blocks->count; i++)
-    memory = memory && fit(&m, &blocks->blocks[i]);
+    for (size_t i = 0; i < blocks->count; i++)
+      memory = memory && fit(&m, &blocks->blocks[i]);
+  }
   if (!memory)
     zs_blocks_clear(blocks);
   return memory;

@@ -30,7 +30,9 @@ bool zs_join_find_motions(zs_joiner *j, bool align)
   const zs_slices *s = j->slices;
   const size_t gaps = s->count - 1, width = j->raster->count[0], height = j->raster->count[1];
   j->motions = calloc(gaps, sizeof *j->motions);
-  bool memory = j->motions;
+  if (!j->motions)
+    return false;
+  bool memory = true;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(j->threads) reduction(&& : memory)
   for (size_t gap = 0; gap < gaps; gap++)
     if (memory && s->slices[gap].distance && s->slices[gap + 1].distance)

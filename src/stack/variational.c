@@ -237,9 +237,11 @@ static bool add_gap(const zs_joiner *j, size_t gap)
   const size_t last = j->slices->count - 1;
   const uint32_t from = j->level[gap > 0 ? gap - 1 : 0];
   const uint32_t to = j->level[gap + 2 < last ? gap + 2 : last];
+  if (memory) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(j->threads) reduction(&& : memory)
-  for (uint32_t layer = from; layer <= to; layer++)
-    memory = memory && add_layer(j, blocks, gap, layer);
+    for (uint32_t layer = from; layer <= to; layer++)
+      memory = memory && add_layer(j, blocks, gap, layer);
+  }
   for (int k = 0; k < SCALE_COUNT; k++)
     zs_blocks_clear(&blocks[k]);
   return memory;

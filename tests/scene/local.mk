@@ -20,9 +20,9 @@ tests_fuzz_test_fuzz_SOURCES = tests/fuzz/test_fuzz.c tests/fuzz/fuzz_scene.c te
 
 # The library's allocations are sent to the test, which lets them fail.
 zs_tests += tests/scene/test_memory
-tests_scene_test_memory_SOURCES = tests/scene/test_memory.c tests/scene/print.h
-tests_scene_test_memory_LDFLAGS = $(AM_LDFLAGS) \
-  -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc
+tests_scene_test_memory_SOURCES = tests/scene/test_memory.c tests/scene/print.h \
+  tests/failing_allocation.h
+tests_scene_test_memory_LDFLAGS = $(AM_LDFLAGS) $(failing_allocation)
 
 # Counted by the test.
 zs_tests += tests/scene/test_growth
