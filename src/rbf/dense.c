@@ -84,13 +84,28 @@ static zs_dense_result decompose_polynomials(zs_dense *dense, size_t n, size_t t
   return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
 }
 
+/* LAPACKE's functions for callers with work space do not look for NaNs first, which would
+ * take longer than solving does.  NaNs come out as residuals. */
+
 /* Apply Q or its transpose to a matrix from one side. */
 static bool apply(const zs_dense *dense, char side, char transpose, size_t columns, double *matrix)
 {
-  const lapack_int n = (lapack_int)dense->span.n;
-  return LAPACKE_dormqr(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns,
-                        (lapack_int)dense->span.rank, dense->span.basis, n, dense->tau, matrix,
-                        n) == 0;
+  const lapack_int n = (lapack_int)dense->span.n, rank = (lapack_int)dense->span.rank;
+  const double *basis = dense->span.basis;
+  double size = 0;
+  lapack_int status =
+    LAPACKE_dormqr_work(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns, rank, basis, n,
+                        dense->tau, matrix, n, &size, -1);
+  double *work = malloc((size_t)size * sizeof *work);
+  if (status || !work) {
+    free(work);
+    return false;
+  }
+  status =
+    LAPACKE_dormqr_work(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns, rank, basis, n,
+                        dense->tau, matrix, n, work, (lapack_int)size);
+  free(work);
+  return status == 0;
 }
 
 zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, double *a,
@@ -105,8 +120,8 @@ zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, doub
   const size_t rank = dense->span.rank, rest = n - rank;
   if (!rest)
     return ZS_DENSE_DONE;
-  lapack_int status = LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', (lapack_int)rest,
-                                     a + rank * n + rank, (lapack_int)n);
+  lapack_int status = LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', (lapack_int)rest,
+                                          a + rank * n + rank, (lapack_int)n);
   if (status > 0)
     return ZS_DENSE_SINGULAR;
   return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
@@ -124,8 +139,9 @@ zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d
   if (rest)
     memcpy(d + rank, q + rank, rest * sizeof *d);
   if (done && rest)
-    done = LAPACKE_dpotrs(LAPACK_COL_MAJOR, 'L', (lapack_int)rest, 1, dense->a + rank * n + rank,
-                          (lapack_int)n, d + rank, (lapack_int)rest) == 0;
+    done = LAPACKE_dpotrs_work(LAPACK_COL_MAJOR, 'L', (lapack_int)rest, 1,
+                               dense->a + rank * n + rank, (lapack_int)n, d + rank,
+                               (lapack_int)rest) == 0;
   /* Q1^T (h - A d), through the block below the leading one. */
   for (size_t k = 0; k < rank; k++)
     for (size_t i = rank; i < n; i++)
