@@ -15,6 +15,8 @@ static const double FAR = 0.85;
  * what decides how many nodes its shorter sides need. */
 static const double NEAREST = 4;
 
+_Static_assert((int)ZS_FAST_MOST_ORDER <= (int)ZS_NODES_MOST, "grids have room for the nodes");
+
 enum { DIRECT = 128 }; /* points that are not divided further when near others */
 
 /* A cluster as a side of products. */
@@ -254,6 +256,14 @@ double zs_fast_pairs(const zs_fast *fast)
   return fast->pair_count;
 }
 
+bool zs_fast_is_worthwhile(const zs_fast *fast)
+{
+  /* Pairs of clusters cost more than pairs of points in long rows. */
+  static const double WORTHWHILE = 0.6;
+  return fast->pair_count <= WORTHWHILE * (double)fast->targets.clusters->count *
+                               (double)fast->sources.clusters->count;
+}
+
 /* ---- Products ------------------------------------------------------------------------- */
 
 /* Branches of a tree for threads to take, and the clusters above them. */
@@ -408,31 +418,34 @@ static bool make_sample(sample *s, zs_rbf_radial radial, const zs_rbf_clusters *
   return ready;
 }
 
-static zs_fast_errors measure(zs_fast *fast, const sample *s, const double *weights)
+static zs_fast_errors compare(const sample *s, const double *sums)
 {
-  const size_t count = fast->targets.clusters->count;
-  double *sums = calloc(count, sizeof *sums);
-  zs_fast_errors e = {INFINITY, INFINITY};
-  if (sums && zs_fast_multiply(fast, weights, sums)) {
-    e = (zs_fast_errors){0, 0};
-    for (size_t i = 0; i < s->count; i++) {
-      const double off = fabs(sums[i * s->stride] - s->exact[i]);
-      e.mean += off * off / (double)s->count;
-      e.most = off <= e.most ? e.most : off;
-    }
-    e.mean = sqrt(e.mean);
+  zs_fast_errors e = {0, 0};
+  for (size_t i = 0; i < s->count; i++) {
+    const double off = fabs(sums[i * s->stride] - s->exact[i]);
+    e.mean += off * off / (double)s->count;
+    e.most = off <= e.most ? e.most : off;
   }
-  free(sums);
+  e.mean = sqrt(e.mean);
   return e;
 }
 
-zs_fast_errors zs_fast_check(zs_fast *fast, const double *weights)
+static double measure(zs_fast *fast, const sample *s, const double *weights)
+{
+  double *sums = calloc(fast->targets.clusters->count, sizeof *sums), error = INFINITY;
+  if (sums && zs_fast_multiply(fast, weights, sums))
+    error = compare(s, sums).mean;
+  free(sums);
+  return error;
+}
+
+zs_fast_errors zs_fast_compare(const zs_fast *fast, const double *weights, const double *sums)
 {
   sample s = {.exact = NULL};
   zs_fast_errors e = {INFINITY, INFINITY};
   if (make_sample(&s, fast->radial, fast->targets.clusters, fast->sources.clusters, weights,
                   fast->threads))
-    e = measure(fast, &s, weights);
+    e = compare(&s, sums);
   free(s.exact);
   return e;
 }
@@ -441,10 +454,7 @@ zs_fast *zs_fast_choose(zs_rbf_radial radial, const zs_rbf_clusters *targets,
                         const zs_rbf_clusters *sources, const double *weights, double accuracy,
                         unsigned threads)
 {
-  /* Pairs of clusters cost more than pairs of points in long rows. */
-  static const double WORTHWHILE = 0.6;
   enum { FIRST = 6 }; /* order to try */
-  const double all = (double)targets->count * (double)sources->count;
   sample s = {.exact = NULL};
   zs_fast *fast = NULL;
   double error = INFINITY;
@@ -452,8 +462,8 @@ zs_fast *zs_fast_choose(zs_rbf_radial radial, const zs_rbf_clusters *targets,
   for (unsigned order = FIRST; going && order <= ZS_FAST_MOST_ORDER;) {
     zs_fast_free(fast);
     fast = zs_fast_new(radial, targets, sources, order, threads);
-    going = fast && zs_fast_pairs(fast) <= WORTHWHILE * all;
-    error = going ? measure(fast, &s, weights).mean : INFINITY;
+    going = fast && zs_fast_is_worthwhile(fast);
+    error = going ? measure(fast, &s, weights) : INFINITY;
     going = error > accuracy && isfinite(error);
     /* Errors fall about tenfold with each order. */
     if (going)

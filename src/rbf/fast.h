@@ -16,7 +16,7 @@
 
 typedef struct zs_fast zs_fast;
 
-enum { ZS_FAST_MOST_ORDER = 12 };
+enum { ZS_FAST_LEAST_ORDER = 3, ZS_FAST_MOST_ORDER = 14 };
 
 /* For products between the points of two trees, which are borrowed and may be
  * the same, with at most `order` nodes along each side of a cluster.  NULL when
@@ -32,15 +32,16 @@ bool zs_fast_multiply(zs_fast *fast, const double *weights, double *sums);
 /* About the bytes that it takes for n points with themselves. */
 double zs_fast_bytes(size_t n, unsigned dimension);
 
-/* Pairs that a product adds up. */
+/* Pairs that a product adds up, and whether summing all pairs would cost more. */
 double zs_fast_pairs(const zs_fast *fast);
+bool zs_fast_is_worthwhile(const zs_fast *fast);
 
-/* What a product with some weights is off by at a sample of the targets;
- * infinite when memory is out. */
+/* What a product with some weights, given as the sums that were 0 before, is off by at a
+ * sample of the targets; infinite when memory is out. */
 typedef struct zs_fast_errors {
   double mean, most; /* the root of the mean square, and the greatest */
 } zs_fast_errors;
-zs_fast_errors zs_fast_check(zs_fast *fast, const double *weights);
+zs_fast_errors zs_fast_compare(const zs_fast *fast, const double *weights, const double *sums);
 
 /* The cheapest that is off by at most `accuracy` for some weights, in the root of
  * the mean square at a sample of the targets.  NULL when summing all pairs costs

@@ -1,5 +1,7 @@
 # This room adds to the lists that Makefile.am describes.
 zs_sources += \
+  src/rbf/adaptive.c \
+  src/rbf/adaptive.h \
   src/rbf/cells.c \
   src/rbf/cells.h \
   src/rbf/centre.h \

@@ -5,7 +5,7 @@
 #include "field/operation.h"
 #include "rbf/fit.h"
 
-enum { ZS_NODES_MOST = 12 /* along a side */ };
+enum { ZS_NODES_MOST = 14 /* along a side */ };
 
 /* A grid in a box; the last axis is the fastest. */
 typedef struct zs_nodes {

@@ -1,5 +1,7 @@
 #include "rbf/schwarz.h"
 
+#include "rbf/adaptive.h"
+#include "rbf/fgmres.h"
 #include "rbf/local.h"
 #include "rbf/product.h"
 
@@ -10,13 +12,22 @@
 enum {
   INNER = 80,          /* most points of a leaf */
   AROUND = 224,        /* points around it */
-  LAST = 8192,         /* most points of the last level */
+  LAST = 4096,         /* most points of the last level */
   COARSENING = 25,     /* on each level there is one point for so many at least, ... */
   LEAST = 500,         /* ... and so many; */
   REMOTE = 2,          /* and for so many of those another one, far from them */
   LEVELS = 6,
   BATCH = 256          /* leaves between two looks for cancellation */
 };
+
+/* From so many pairs of points of one level and of the next on, products between them take
+ * clusters together.  They may be off by this part of residuals of random sign: a
+ * preconditioner need not be better, with all pairs the iterations are as many. */
+static const double MANY_PAIRS = 2e9, DOWN = 1e-2;
+
+/* What solving for a level in the middle may leave, by the residual above, and the part of
+ * this that products may be off by. */
+static const double LEFT = 0.01, OFF = 0.1;
 
 /* A leaf's points are first .. first + inner of its level. */
 typedef struct leaf {
@@ -33,7 +44,10 @@ typedef struct level {
   size_t leaf_count;
   zs_span span;
   uint32_t *next;       /* points of the next level among this one's, in its order */
+  zs_fast *down;        /* products with weights here at those points; NULL: of all pairs */
   double *residual, *weights;
+  double *given, *found; /* a residual, and the weights for it: of levels in the middle */
+  zs_adaptive products;  /* of theirs */
 } level;
 
 struct zs_schwarz {
@@ -388,6 +402,25 @@ static zs_rbf_result make_leaf(const level *level, const zs_rbf_cluster *cluster
   return store(&m, l) ? ZS_RBF_DONE : ZS_RBF_MEMORY;
 }
 
+static void solve_leaf(const leaf *l, const zs_local_kernels *kernels, const double *residual,
+                       double *weights)
+{
+  double values[MOST];
+  for (size_t j = 0; j < l->count; j++)
+    values[j] = residual[l->points[j]];
+  memset(weights + l->first, 0, l->inner * sizeof *weights);
+  kernels->apply(l->rows, l->inner, l->count, values, weights + l->first);
+}
+
+static void solve_leaves(const level *l)
+{
+  const zs_local_kernels *kernels = zs_local_select();
+#pragma omp parallel for schedule(static) num_threads(l->system.threads)
+  for (size_t i = 0; i < l->leaf_count; i++)
+    solve_leaf(&l->leaves[i], kernels, l->residual, l->weights);
+  zs_rbf_system_project(&l->span, l->weights);
+}
+
 /* ---- Levels ------------------------------------------------------------------------ */
 
 /* The point of a cluster that is nearest to the middle of its box. */
@@ -555,6 +588,22 @@ static zs_rbf_result make_next(level *l, level *next)
   return next->own ? ZS_RBF_DONE : ZS_RBF_MEMORY;
 }
 
+static bool has_many_pairs(double count, double next)
+{
+  return count * next >= MANY_PAIRS;
+}
+
+/* Choose products between the points of a level and of the next. */
+static void choose_down(level *l, const level *next)
+{
+  if (!has_many_pairs((double)l->system.count, (double)next->system.count))
+    return;
+  zs_rbf_system_roughen(&l->system, l->residual);
+  solve_leaves(l);
+  l->down = zs_fast_choose(l->system.radial, next->clusters, l->clusters, l->weights, DOWN,
+                           l->system.threads);
+}
+
 /* What every level needs; the last one also its matrix. */
 static zs_rbf_result make_level(zs_schwarz *schwarz, level *l, bool last)
 {
@@ -576,6 +625,15 @@ static zs_rbf_result make_level(zs_schwarz *schwarz, level *l, bool last)
   return result;
 }
 
+/* What levels between the first and the last need. */
+static zs_rbf_result make_middle(level *l)
+{
+  l->given = malloc(l->system.count * sizeof *l->given);
+  l->found = malloc(l->system.count * sizeof *l->found);
+  l->products = (zs_adaptive){.system = &l->system, .clusters = l->clusters};
+  return l->given && l->found ? ZS_RBF_DONE : ZS_RBF_MEMORY;
+}
+
 static zs_rbf_result make_levels(zs_schwarz *schwarz, poll *p)
 {
   for (unsigned i = 0; i < LEVELS; i++) {
@@ -583,10 +641,14 @@ static zs_rbf_result make_levels(zs_schwarz *schwarz, poll *p)
     const bool last = i > 0 && (l->system.count <= LAST || i == LEVELS - 1);
     schwarz->levels = i + 1;
     zs_rbf_result result = make_level(schwarz, l, last);
+    if (result == ZS_RBF_DONE && i > 0 && !last)
+      result = make_middle(l);
     if (result == ZS_RBF_DONE && !last)
       result = make_leaves(l, p);
     if (result == ZS_RBF_DONE && !last)
       result = make_next(l, l + 1);
+    if (result == ZS_RBF_DONE && !last)
+      choose_down(l, l + 1);
     if (result != ZS_RBF_DONE || last)
       return result;
   }
@@ -625,8 +687,12 @@ void zs_schwarz_free(zs_schwarz *schwarz)
     }
     free(l->leaves);
     free(l->next);
+    zs_fast_free(l->down);
     free(l->residual);
     free(l->weights);
+    free(l->given);
+    free(l->found);
+    zs_adaptive_clear(&l->products);
     zs_span_free(&l->span);
     zs_rbf_clusters_free(l->own);
   }
@@ -637,65 +703,136 @@ void zs_schwarz_free(zs_schwarz *schwarz)
 
 /* ---- Applying --------------------------------------------------------------------- */
 
-static void solve_leaf(const leaf *l, const zs_local_kernels *kernels, const double *residual,
-                       double *weights)
+/* Add to `sums`, at the points of the next level, what the weights of one make there. */
+static bool multiply_down(const level *l, const level *next, double *sums)
 {
-  double values[MOST];
-  for (size_t j = 0; j < l->count; j++)
-    values[j] = residual[l->points[j]];
-  memset(weights + l->first, 0, l->inner * sizeof *weights);
-  kernels->apply(l->rows, l->inner, l->count, values, weights + l->first);
-}
-
-static void solve_leaves(const level *l)
-{
-  const zs_local_kernels *kernels = zs_local_select();
-#pragma omp parallel for schedule(static) num_threads(l->system.threads)
-  for (size_t i = 0; i < l->leaf_count; i++)
-    solve_leaf(&l->leaves[i], kernels, l->residual, l->weights);
-  zs_rbf_system_project(&l->span, l->weights);
+  const zs_rbf_system *system = &l->system;
+  if (l->down)
+    return zs_fast_multiply(l->down, l->weights, sums);
+  zs_rbf_multiply(&(zs_rbf_product){.radial = system->radial,
+                                    .dimension = system->dimension,
+                                    .target_count = next->system.count,
+                                    .source_count = system->count,
+                                    .targets = next->system.points,
+                                    .sources = system->points,
+                                    .weights = l->weights,
+                                    .sums = sums},
+                  system->threads);
+  return true;
 }
 
 /* What the weights of a level leave over at the points of the next. */
-static void restrict_residual(const level *l, level *next)
+static bool restrict_residual(const level *l, level *next)
 {
   const zs_rbf_system *system = &l->system;
   const size_t count = next->system.count;
   const double sign = zs_rbf_sign(system->radial.kernel);
   memset(next->residual, 0, count * sizeof *next->residual);
-  zs_rbf_multiply(&(zs_rbf_product){.radial = system->radial,
-                                    .dimension = system->dimension,
-                                    .target_count = count,
-                                    .source_count = system->count,
-                                    .targets = next->system.points,
-                                    .sources = system->points,
-                                    .weights = l->weights,
-                                    .sums = next->residual},
-                  system->threads);
+  if (!multiply_down(l, next, next->residual))
+    return false;
   for (size_t i = 0; i < count; i++)
     next->residual[i] = l->residual[l->next[i]] - sign * next->residual[i] -
                         system->smoothing * l->weights[l->next[i]];
+  return true;
+}
+
+/* Solving for the residual of a level. */
+typedef struct place {
+  zs_schwarz *schwarz;
+  unsigned index;   /* of the level */
+  double aim, norm; /* what may be left, and what is */
+} place;
+
+static bool solve_level(place *p);
+
+static double norm_of(const double *v, size_t count)
+{
+  double square = 0;
+  for (size_t i = 0; i < count; i++)
+    square += v[i] * v[i];
+  return sqrt(square);
+}
+
+/* Weights for the residual of a level, by its leaves and then by the levels below. */
+static bool sweep(const place *p)
+{
+  level *l = &p->schwarz->level[p->index], *next = l + 1;
+  const double part = sqrt((double)next->system.count / (double)l->system.count);
+  place below = {.schwarz = p->schwarz,
+                 .index = p->index + 1,
+                 .aim = LEFT * part * norm_of(l->residual, l->system.count)};
+  solve_leaves(l);
+  if (!restrict_residual(l, next) || !solve_level(&below))
+    return false;
+  for (size_t i = 0; i < next->system.count; i++)
+    l->weights[l->next[i]] += next->weights[i];
+  return true;
+}
+
+static bool precondition(void *context, const double *r, double *z)
+{
+  const place *p = context;
+  level *l = &p->schwarz->level[p->index];
+  memcpy(l->residual, r, l->system.count * sizeof *r);
+  if (!sweep(p))
+    return false;
+  memcpy(z, l->weights, l->system.count * sizeof *z);
+  zs_rbf_system_project(&l->span, z);
+  return true;
+}
+
+static bool multiply(void *context, const double *x, double *result)
+{
+  const place *p = context;
+  level *l = &p->schwarz->level[p->index];
+  const double off = OFF * fmin(1, p->aim / p->norm) / sqrt((double)l->system.count);
+  if (!zs_adaptive_multiply(&l->products, x, off, result, NULL))
+    return false;
+  zs_rbf_system_project(&l->span, result);
+  return true;
+}
+
+static bool stepped(void *context, double norm)
+{
+  place *p = context;
+  p->norm = norm;
+  return true;
+}
+
+/* Weights for the residual of a level in the middle, by some steps.  Leaves add up to much more
+ * far from them than near, and leave residuals that are many times those above: one sweep would
+ * leave too much of that. */
+static bool iterate(place *p)
+{
+  level *l = &p->schwarz->level[p->index];
+  const size_t n = l->system.count;
+  const zs_fgmres fgmres = {n, p, multiply, precondition, stepped};
+  zs_rbf_system_project(&l->span, l->residual);
+  p->norm = norm_of(l->residual, n);
+  memcpy(l->given, l->residual, n * sizeof *l->given);
+  memset(l->found, 0, n * sizeof *l->found);
+  const zs_fgmres_result result = zs_fgmres_solve(&fgmres, l->given, p->aim, l->found);
+  memcpy(l->weights, l->found, n * sizeof *l->weights);
+  return result == ZS_FGMRES_DONE || result == ZS_FGMRES_STALLED;
+}
+
+static bool solve_level(place *p)
+{
+  double polynomial[ZS_RBF_MAXIMUM_TERMS];
+  const level *l = &p->schwarz->level[p->index];
+  return p->index < p->schwarz->levels - 1
+           ? iterate(p)
+           : zs_dense_solve(&p->schwarz->dense, l->residual, l->weights, polynomial) ==
+               ZS_DENSE_DONE;
 }
 
 bool zs_schwarz_apply(zs_schwarz *schwarz, const double *r, double *z)
 {
-  const unsigned last = schwarz->levels - 1;
-  double polynomial[ZS_RBF_MAXIMUM_TERMS];
-  memcpy(schwarz->level[0].residual, r, schwarz->level[0].system.count * sizeof *r);
-  for (unsigned i = 0; i < last; i++) {
-    solve_leaves(&schwarz->level[i]);
-    restrict_residual(&schwarz->level[i], &schwarz->level[i + 1]);
-  }
-  if (zs_dense_solve(&schwarz->dense, schwarz->level[last].residual,
-                     schwarz->level[last].weights, polynomial) != ZS_DENSE_DONE)
+  level *first = &schwarz->level[0];
+  memcpy(first->residual, r, first->system.count * sizeof *r);
+  if (!sweep(&(place){.schwarz = schwarz}))
     return false;
-  for (unsigned i = last; i > 0; i--) {
-    const level *l = &schwarz->level[i];
-    level *above = &schwarz->level[i - 1];
-    for (size_t j = 0; j < l->system.count; j++)
-      above->weights[above->next[j]] += l->weights[j];
-  }
-  memcpy(z, schwarz->level[0].weights, schwarz->level[0].system.count * sizeof *z);
+  memcpy(z, first->weights, first->system.count * sizeof *z);
   return true;
 }
 
@@ -703,13 +840,20 @@ double zs_schwarz_bytes(const zs_rbf_system *system)
 {
   double bytes = (double)system->threads * sizeof(scratch), n = (double)system->count;
   do {
-    const double leaves = 2 * n / INNER + 1;
+    const double leaves = 2 * n / INNER + 1, here = n;
     bytes += leaves * (sizeof(leaf) + sizeof(zs_rbf_cluster *) + MOST * sizeof(uint32_t)) +
              n * MOST * sizeof(float) +
              n * sizeof(double) * (2 * system->terms + system->dimension + 5) +
              n / ZS_SCHWARZ_CLUSTER * 4 * sizeof(zs_rbf_cluster);
     /* Clusters are halves of halves: their number is a power of two. */
     n = (double)room_for((size_t)exp2(ceil(log2(n / (double)coarsening((size_t)n)))));
+    if (has_many_pairs(here, n)) /* each side is one of two */
+      bytes += zs_fast_bytes((size_t)(here + n) / 2, system->dimension);
+    if (n > LAST) {
+      zs_rbf_system middle = *system;
+      middle.count = (size_t)n;
+      bytes += zs_fgmres_bytes(middle.count) + zs_adaptive_bytes(&middle);
+    }
   } while (n > LAST);
   return bytes + zs_dense_bytes((size_t)n, system->terms);
 }

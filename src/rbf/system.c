@@ -68,6 +68,15 @@ void zs_rbf_system_multiply(const zs_rbf_system *system, const double *d, double
     result[i] = sign * result[i] + system->smoothing * d[i];
 }
 
+void zs_rbf_system_roughen(const zs_rbf_system *system, double *residual)
+{
+  uint32_t random = 1;
+  for (size_t i = 0; i < system->count; i++) {
+    random = random * UINT32_C(1664525) + UINT32_C(1013904223);
+    residual[i] = random >> 31 ? 1 : -1;
+  }
+}
+
 void zs_rbf_system_coordinates(const zs_span *span, const double *v, double *q)
 {
   for (size_t k = 0; k < span->rank; k++) {

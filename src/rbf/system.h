@@ -39,6 +39,10 @@ void zs_rbf_system_matrix(const zs_rbf_system *system, double *matrix);
 /* result = (A + mu) d */
 void zs_rbf_system_multiply(const zs_rbf_system *system, const double *d, double *result);
 
+/* Residuals (`count`) of random sign, of size 1.  Weights that solve for them are the roughest
+ * that products see: neighbouring ones nearly cancel, and errors show most. */
+void zs_rbf_system_roughen(const zs_rbf_system *system, double *residual);
+
 /* The coordinates q (`rank`) of v's part in U. */
 void zs_rbf_system_coordinates(const zs_span *span, const double *v, double *q);
 

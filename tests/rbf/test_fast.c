@@ -1,7 +1,7 @@
 /* Products by clusters, against sums of all pairs. */
 #include "../random.h"
 
-#include "rbf/fast.h"
+#include "rbf/adaptive.h"
 #include "rbf/nodes.h"
 #include "rbf/product.h"
 
@@ -232,6 +232,16 @@ static void pairs_are_few(void **state)
   assert_true(pairs[1] < 0.2 * 40000 * 40000.0);
 }
 
+static zs_fast_errors errors_at_sample(zs_fast *fast, const double *weights, size_t count)
+{
+  double *sums = calloc(count, sizeof *sums);
+  assert_non_null(sums);
+  assert_true(zs_fast_multiply(fast, weights, sums));
+  const zs_fast_errors errors = zs_fast_compare(fast, weights, sums);
+  free(sums);
+  return errors;
+}
+
 /* In a volume twenty thousand points are too few for the finest of these. */
 static void the_asked_accuracy_is_chosen(void **state)
 {
@@ -246,8 +256,9 @@ static void the_asked_accuracy_is_chosen(void **state)
       assert_true(fast || shape < PLANE);
       if (!fast)
         break;
-      assert_true(zs_fast_check(fast, weights).mean <= accuracy);
-      assert_true(zs_fast_check(fast, weights).most >= zs_fast_check(fast, weights).mean);
+      const zs_fast_errors errors = errors_at_sample(fast, weights, COUNT);
+      assert_true(errors.mean <= accuracy);
+      assert_true(errors.most >= errors.mean);
       assert_true(zs_fast_pairs(fast) >= pairs);
       pairs = zs_fast_pairs(fast);
       /* At other targets than those it was chosen by. */
@@ -260,6 +271,41 @@ static void the_asked_accuracy_is_chosen(void **state)
   free(weights);
 }
 
+/* Whatever was asked for before, in any order, down to what only all pairs can give. */
+static void each_product_is_as_accurate_as_asked(void **state)
+{
+  (void)state;
+  enum { COUNT = 20000 };
+  static const double accuracies[] = {1e-3, 1e-1, 1e-4, 1e-30, 1e-2};
+  zs_rbf_clusters *clusters = random_clusters(SPHERE, 3, COUNT, 11);
+  const zs_rbf_system system = {.radial = r1, .dimension = 3, .degree = 1, .terms = 4,
+                                .smoothing = 0.5, .count = COUNT, .points = clusters->points,
+                                .threads = 2};
+  double *weights = random_weights(COUNT);
+  double *exact = malloc(COUNT * sizeof *exact), *product = malloc(COUNT * sizeof *product);
+  assert_non_null(exact);
+  assert_non_null(product);
+  zs_rbf_system_multiply(&system, weights, exact);
+  zs_adaptive adaptive = {.system = &system, .clusters = clusters};
+  for (size_t i = 0; i < sizeof accuracies / sizeof *accuracies; i++) {
+    zs_fast_errors errors;
+    double square = 0;
+    assert_true(zs_adaptive_multiply(&adaptive, weights, accuracies[i], product, &errors));
+    for (size_t j = 0; j < COUNT; j++)
+      square += (product[j] - exact[j]) * (product[j] - exact[j]) / COUNT;
+    assert_true(errors.mean <= accuracies[i]);
+    /* At other places than the sample. */
+    assert_true(sqrt(square) <= 2 * accuracies[i]);
+    /* And no better than need be. */
+    assert_true(accuracies[i] < 1e-20 || sqrt(square) > 1e-3 * accuracies[i]);
+  }
+  zs_adaptive_clear(&adaptive);
+  free(exact);
+  free(product);
+  free(weights);
+  zs_rbf_clusters_free(clusters);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -269,6 +315,7 @@ int main(void)
     cmocka_unit_test(two_trees_agree_with_pairs),
     cmocka_unit_test(pairs_are_few),
     cmocka_unit_test(the_asked_accuracy_is_chosen),
+    cmocka_unit_test(each_product_is_as_accurate_as_asked),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

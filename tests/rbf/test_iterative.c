@@ -138,6 +138,53 @@ static void large_fits_meet_their_constraints(void **state)
   free(values);
 }
 
+/* Counts the steps after the preconditioner is there. */
+static bool count_step(void *context, const char *stage, double fraction)
+{
+  unsigned *steps = context;
+  (void)stage;
+  *steps += fraction > 0.2; /* 0.4 of the half that iterations are */
+  return true;
+}
+
+/* So many that the preconditioner has a level between the first and the last: it has to do as
+ * well as a direct solution there, which takes 5 steps. */
+static void levels_in_the_middle_serve(void **state)
+{
+  (void)state;
+  enum { MANY = 53000 };
+  double *positions = malloc(MANY * 3 * sizeof *positions), *values = malloc(MANY * sizeof *values);
+  assert_non_null(positions);
+  assert_non_null(values);
+  uint64_t seed = 19;
+  for (size_t i = 0; i < MANY; i++) {
+    double *at = positions + 3 * i, square = 0;
+    for (size_t k = 0; k < 3; k++) {
+      at[k] = random_between(&seed, -1, 1);
+      square += at[k] * at[k];
+    }
+    for (size_t k = 0; k < 3; k++)
+      at[k] /= sqrt(square);
+    values[i] = smooth(3, at);
+  }
+  unsigned steps = 0;
+  zs_control control;
+  memset(&control, 0, sizeof control);
+  control.progress = count_step;
+  control.context = &steps;
+  zs_rbf *rbf = zs_rbf_fit(&(zs_rbf_problem){.dimension = 3, .kernel = ZS_RBF_R, .count = MANY,
+                                             .positions = positions, .values = values,
+                                             .tolerance = 1e-4},
+                           &control, NULL, NULL);
+  assert_non_null(rbf);
+  assert_true(steps <= 10);
+  for (size_t i = 0; i < MANY; i += 997)
+    assert_true(fabs(zs_rbf_value(rbf, positions + 3 * i) - values[i]) <= rbf->residual + 1e-9);
+  zs_rbf_free(rbf);
+  free(positions);
+  free(values);
+}
+
 /* ---- Invariance ----------------------------------------------------------------------- */
 
 static void order_does_not_matter(void **state)
@@ -372,6 +419,7 @@ int main(void)
     cmocka_unit_test(iterations_serve),
     cmocka_unit_test(smoothing_is_the_direct_one),
     cmocka_unit_test(large_fits_meet_their_constraints),
+    cmocka_unit_test(levels_in_the_middle_serve),
     cmocka_unit_test(order_does_not_matter),
     cmocka_unit_test(follows_similarities),
     cmocka_unit_test(hostile_sets_are_fitted),
