@@ -78,7 +78,7 @@ typedef struct zs_diag {
 
 /* How long jobs run; zs_control_init gives the defaults. */
 typedef struct zs_control {
-  unsigned threads;      /* 0: one per processor */
+  unsigned threads;      /* 0: one per processor; more than 1024 are not used */
   uint64_t memory_limit; /* bytes of working memory; 0: no limit */
   bool brute;            /* evaluate every sample with the whole program */
   bool scalar;           /* compile nodes to scalar operations alone, from their formulas: slow;

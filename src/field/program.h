@@ -134,7 +134,9 @@ typedef struct zs_walk {
 /* False after reporting: out of memory or cancelled. */
 bool zs_walk_run(const zs_walk *walk, zs_diag *diag);
 
-/* Threads that a job will use: control->threads, or one per processor. */
+/* Threads that a job will use: control->threads, as far as there may be so many, or one per
+ * processor.  OpenMP keeps what it knows of them on the stack, which 100 000 overflow. */
+enum { ZS_MOST_THREADS = 1024 };
 unsigned zs_control_threads(const zs_control *control);
 
 /* Whether a job may take so much working memory at once: control->memory_limit, if there is one. */

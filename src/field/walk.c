@@ -55,7 +55,7 @@ double zs_seconds(void)
 unsigned zs_control_threads(const zs_control *control)
 {
   if (control && control->threads)
-    return control->threads;
+    return control->threads < ZS_MOST_THREADS ? control->threads : ZS_MOST_THREADS;
   int processors = omp_get_num_procs();
   return processors > 0 ? (unsigned)processors : 1;
 }

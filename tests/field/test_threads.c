@@ -1,6 +1,7 @@
 /* One field, many threads: each with its own evaluator, and no lock.  Meant to
  * be run under the thread sanitizer too, hence plain threads. */
 #include "field/compiler.h"
+#include "field/program.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -86,8 +87,20 @@ static void threads_share_a_field(void **state)
   zs_field_unref(field);
 }
 
+static void threads_are_not_too_many(void **state)
+{
+  (void)state;
+  const zs_control three = {.threads = 3}, many = {.threads = 1000000};
+  assert_int_equal(zs_control_threads(&three), 3);
+  assert_int_equal(zs_control_threads(&many), ZS_MOST_THREADS);
+  assert_true(zs_control_threads(NULL) >= 1);
+}
+
 int main(void)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(threads_share_a_field)};
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(threads_share_a_field),
+    cmocka_unit_test(threads_are_not_too_many),
+  };
   return cmocka_run_group_tests_name("threads", tests, NULL, NULL);
 }
