@@ -117,39 +117,6 @@ static void add_edge(zs_polygon_edge *edges, uint32_t *used, const double a[2], 
       (zs_polygon_edge){{a[0], a[1]}, {b[0], b[1]}, {x / length, y / length}, length};
 }
 
-static const zs_polygon *finished(zs_arena *arena, zs_polygon_edge *edges, uint32_t count)
-{
-  zs_polygon *polygon = count ? with_tree(arena, edges, count) : NULL;
-  if (!polygon)
-    return NULL;
-  /* Well outside, and on no line that an author's polygon is likely to have. */
-  const zs_polygon_box *all = &polygon->boxes[0];
-  const double size = greatest(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
-  polygon->reference[0] = (float)(all->lo[0] - 0.618 * size);
-  polygon->reference[1] = (float)(all->lo[1] - 0.271 * size);
-  return polygon;
-}
-
-const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t count)
-{
-  zs_polygon_edge *edges =
-    count <= UINT32_MAX / 4 ? ZS_ARENA_NEW(arena, zs_polygon_edge, count) : NULL;
-  uint32_t used = 0;
-  for (size_t i = 0; edges && i < count; i++)
-    add_edge(edges, &used, points + 2 * i, points + 2 * ((i + 1) % count));
-  return finished(arena, edges, used);
-}
-
-const zs_polygon *zs_polygon_of_edges(zs_arena *arena, double (*list)[4], size_t count)
-{
-  zs_polygon_edge *edges =
-    count <= UINT32_MAX / 4 ? ZS_ARENA_NEW(arena, zs_polygon_edge, count) : NULL;
-  uint32_t used = 0;
-  for (size_t i = 0; edges && i < count; i++)
-    add_edge(edges, &used, list[i], list[i] + 2);
-  return finished(arena, edges, used);
-}
-
 /* ---- Questions ------------------------------------------------------------------ */
 
 static double square(double x)
@@ -191,9 +158,16 @@ static double leaf_distance2(const zs_polygon *polygon, const zs_polygon_box *le
   return best;
 }
 
+/* The leaf that has the nearest edge, as far as that is known, and the edge's squared
+ * distance. */
+typedef struct nearest {
+  uint32_t leaf;
+  double distance2;
+} nearest;
+
 /* The leaf that the nearer box leads to, level by level: its distance is a
  * first guess that lets most of the tree be skipped. */
-static double first_guess2(const zs_polygon *polygon, const double p[2])
+static nearest first_guess(const zs_polygon *polygon, const double p[2])
 {
   uint32_t at = 0;
   while (!polygon->boxes[at].count) {
@@ -202,23 +176,24 @@ static double first_guess2(const zs_polygon *polygon, const double p[2])
            ? left
            : right;
   }
-  return leaf_distance2(polygon, &polygon->boxes[at], p);
+  return (nearest){at, leaf_distance2(polygon, &polygon->boxes[at], p)};
 }
 
-static double unsigned_distance(const zs_polygon *polygon, const double p[2])
+static nearest find_nearest(const zs_polygon *polygon, const double p[2])
 {
-  double best = first_guess2(polygon, p);
+  nearest best = first_guess(polygon, p);
   for (uint32_t at = 0; at < polygon->box_count;) {
     const zs_polygon_box *box = &polygon->boxes[at];
-    if (box_distance2(box, p) >= best) {
+    if (box_distance2(box, p) >= best.distance2) {
       at = box->skip;
       continue;
     }
-    if (box->count)
-      best = least(best, leaf_distance2(polygon, box, p));
+    const double distance2 = leaf_distance2(polygon, box, p); /* of inner nodes: infinite */
+    if (distance2 < best.distance2)
+      best = (nearest){at, distance2};
     at++;
   }
-  return sqrt(best);
+  return best;
 }
 
 /* Whether the segment from r to r + d may meet a box. */
@@ -253,10 +228,12 @@ static bool crosses(const zs_polygon_edge *edge, const double r[2], const double
   return (from >= 0) != (to >= 0);
 }
 
-static bool is_inside(const zs_polygon *polygon, const double p[2])
+/* Whether a point is inside, by the edges between a witness and it. */
+static bool is_inside_by(const zs_polygon *polygon, const zs_polygon_witness *witness,
+                         const double p[2])
 {
-  const double *r = polygon->reference, d[2] = {p[0] - r[0], p[1] - r[1]};
-  bool inside = polygon->inside;
+  const double *r = witness->at, d[2] = {p[0] - r[0], p[1] - r[1]};
+  bool inside = witness->inside;
   for (uint32_t at = 0; at < polygon->box_count;) {
     const zs_polygon_box *box = &polygon->boxes[at];
     if (!segment_meets(box, r, d)) {
@@ -270,14 +247,24 @@ static bool is_inside(const zs_polygon *polygon, const double p[2])
   return inside;
 }
 
+/* Between a point and a witness beside the leaf of the nearest edge hardly any edge lies: none is
+ * nearer to the point, and the rest of the way is about as short as the leaf is small. */
+static bool is_inside(const zs_polygon *polygon, const double p[2], uint32_t leaf)
+{
+  return is_inside_by(
+    polygon, polygon->witnesses ? &polygon->witnesses[leaf] : &polygon->reference, p);
+}
+
 double zs_polygon_distance(const zs_polygon *polygon, double x, double y)
 {
   if (isnan(x) || isnan(y))
     return NAN;
   if (isinf(x) || isinf(y))
     return -INFINITY;
-  const double p[2] = {x, y}, distance = unsigned_distance(polygon, p);
-  return is_inside(polygon, p) ? distance : -distance;
+  const double p[2] = {x, y};
+  const nearest found = find_nearest(polygon, p);
+  const double distance = sqrt(found.distance2);
+  return is_inside(polygon, p, found.leaf) ? distance : -distance;
 }
 
 /* The part of [lo, hi] that is near the polygon, or its nearest end: in blocks
@@ -297,36 +284,112 @@ static void near_part(const zs_polygon *polygon, int axis, double *lo, double *h
   }
 }
 
-zs_polygon_view zs_polygon_look(const zs_polygon *polygon, const double lo[2], const double hi[2])
+/* Of a few points of a rectangle the first that is well clear of all edges, or the clearest:
+ * the side of one that lies on an edge would be a matter of rounding.  In single precision. */
+static nearest find_clear_point(const zs_polygon *polygon, const double lo[2], const double hi[2],
+                                double clear[2])
 {
-  /* The sign of a centre that lies on an edge would be a matter of rounding:
-   * of a few points take the first that is well clear, or the clearest. */
   static const double spots[][2] = {
     {0.5, 0.5}, {0.31, 0.36}, {0.69, 0.64}, {0.34, 0.72}, {0.7, 0.27}};
+  const double enough = 0.01 * hypot(hi[0] - lo[0], hi[1] - lo[1]);
+  nearest clearest = {.distance2 = -1};
+  for (size_t i = 0; i < sizeof spots / sizeof spots[0] && clearest.distance2 < enough * enough;
+       i++) {
+    double p[2];
+    for (int k = 0; k < 2; k++)
+      p[k] = (float)(lo[k] + spots[i][k] * (hi[k] - lo[k]));
+    const nearest found = find_nearest(polygon, p);
+    if (found.distance2 > clearest.distance2) {
+      clearest = found;
+      memcpy(clear, p, sizeof p);
+    }
+  }
+  return clearest;
+}
+
+zs_polygon_view zs_polygon_look(const zs_polygon *polygon, const double lo[2], const double hi[2])
+{
   double from[2] = {lo[0], lo[1]}, to[2] = {hi[0], hi[1]};
   for (int k = 0; k < 2; k++)
     near_part(polygon, k, &from[k], &to[k]);
-  const double size = hypot(to[0] - from[0], to[1] - from[1]);
-  zs_polygon_view view = {.reach = 0};
-  double clearest = -1;
-  for (size_t i = 0; i < sizeof spots / sizeof spots[0] && clearest < 0.01 * size; i++) {
-    double p[2];
-    for (int k = 0; k < 2; k++)
-      p[k] = (float)(from[k] + spots[i][k] * (to[k] - from[k]));
-    const double distance = unsigned_distance(polygon, p);
-    if (distance > clearest) {
-      clearest = distance;
-      memcpy(view.centre, p, sizeof p);
-    }
-  }
+  zs_polygon_view view;
+  const nearest clearest = find_clear_point(polygon, from, to, view.centre);
   /* A point of the box is at most `across` from the centre: its nearest edge is
-   * no farther than clearest + across from the point. */
+   * no farther than that of the centre + across from the point. */
   const double *c = view.centre;
   const double across =
     hypot(greatest(hi[0] - c[0], c[0] - lo[0]), greatest(hi[1] - c[1], c[1] - lo[1]));
-  view.reach = (clearest + 2 * across) * (1 + 1e-6);
-  view.inside = is_inside(polygon, view.centre);
+  view.reach = (sqrt(clearest.distance2) + 2 * across) * (1 + 1e-6);
+  view.inside = is_inside(polygon, view.centre, clearest.leaf);
   return view;
+}
+
+/* ---- Polygons ------------------------------------------------------------------- */
+
+/* A witness beside the edges of a leaf, by the one of the leaf before. */
+static zs_polygon_witness find_witness(const zs_polygon *polygon, const zs_polygon_box *leaf,
+                                       const zs_polygon_witness *before)
+{
+  double lo[2], hi[2];
+  const double side = greatest(leaf->hi[0] - leaf->lo[0], leaf->hi[1] - leaf->lo[1]);
+  for (int k = 0; k < 2; k++) { /* edges along an axis have boxes without a width */
+    lo[k] = (leaf->lo[k] + leaf->hi[k] - side) / 2;
+    hi[k] = lo[k] + side;
+  }
+  zs_polygon_witness witness;
+  const nearest clearest = find_clear_point(polygon, lo, hi, witness.at);
+  if (clearest.distance2 < square(1e-6 * side))
+    return *before;
+  witness.inside = is_inside_by(polygon, before, witness.at);
+  return witness;
+}
+
+/* Find the witnesses of all leaves, of which each is near the one before; false when memory is
+ * out. */
+static bool add_witnesses(zs_polygon *polygon, zs_arena *arena)
+{
+  zs_polygon_witness *witnesses = ZS_ARENA_NEW(arena, zs_polygon_witness, polygon->box_count);
+  const zs_polygon_witness *before = &polygon->reference;
+  for (uint32_t i = 0; witnesses && i < polygon->box_count; i++)
+    if (polygon->boxes[i].count) {
+      witnesses[i] = find_witness(polygon, &polygon->boxes[i], before);
+      before = &witnesses[i];
+    }
+  polygon->witnesses = witnesses;
+  return witnesses;
+}
+
+static const zs_polygon *finished(zs_arena *arena, zs_polygon_edge *edges, uint32_t count)
+{
+  zs_polygon *polygon = count ? with_tree(arena, edges, count) : NULL;
+  if (!polygon)
+    return NULL;
+  /* Well outside, and on no line that an author's polygon is likely to have. */
+  const zs_polygon_box *all = &polygon->boxes[0];
+  const double size = greatest(all->hi[0] - all->lo[0], all->hi[1] - all->lo[1]);
+  polygon->reference.at[0] = (float)(all->lo[0] - 0.618 * size);
+  polygon->reference.at[1] = (float)(all->lo[1] - 0.271 * size);
+  return count <= MOST_LOCAL || add_witnesses(polygon, arena) ? polygon : NULL;
+}
+
+const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t count)
+{
+  zs_polygon_edge *edges =
+    count <= UINT32_MAX / 4 ? ZS_ARENA_NEW(arena, zs_polygon_edge, count) : NULL;
+  uint32_t used = 0;
+  for (size_t i = 0; edges && i < count; i++)
+    add_edge(edges, &used, points + 2 * i, points + 2 * ((i + 1) % count));
+  return finished(arena, edges, used);
+}
+
+const zs_polygon *zs_polygon_of_edges(zs_arena *arena, double (*list)[4], size_t count)
+{
+  zs_polygon_edge *edges =
+    count <= UINT32_MAX / 4 ? ZS_ARENA_NEW(arena, zs_polygon_edge, count) : NULL;
+  uint32_t used = 0;
+  for (size_t i = 0; edges && i < count; i++)
+    add_edge(edges, &used, list[i], list[i] + 2);
+  return finished(arena, edges, used);
 }
 
 /* ---- The operation ------------------------------------------------------------- */
@@ -374,8 +437,8 @@ static const void *restricted(const void *data, const float lo[], const float hi
     zs_arena_rewind(arena, mark);
     return polygon;
   }
-  memcpy(part->reference, view.centre, sizeof part->reference);
-  part->inside = view.inside;
+  part->reference =
+    (zs_polygon_witness){{view.centre[0], view.centre[1]}, view.inside};
   return part;
 }
 

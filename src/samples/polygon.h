@@ -4,8 +4,8 @@
  * The edges stand in a tree of boxes, so that thousands of vertices cost little
  * more than a few: a block of points looks at the edges that can be nearest to
  * one of its points, and a region of the plane keeps only those.  The sign of a
- * point follows from that of a reference point by counting the edges between
- * the two. */
+ * point follows from that of a point whose side is known, by counting the edges
+ * between the two: there is one beside the edges of each leaf, so that few are. */
 #ifndef ZS_POLYGON_H
 #define ZS_POLYGON_H
 
@@ -24,13 +24,19 @@ typedef struct zs_polygon_box {
   uint32_t skip;         /* the node that follows when this one is left out */
 } zs_polygon_box;
 
+/* A point that is not on an edge, and whether it is inside. */
+typedef struct zs_polygon_witness {
+  double at[2];
+  bool inside;
+} zs_polygon_witness;
+
 /* Immutable. */
 typedef struct zs_polygon {
   const zs_polygon_edge *edges;
   const zs_polygon_box *boxes;
   uint32_t edge_count, box_count;
-  double reference[2]; /* a point in single precision, not on an edge, ... */
-  bool inside;         /* ... and whether it is inside */
+  zs_polygon_witness reference;        /* in single precision */
+  const zs_polygon_witness *witnesses; /* near each leaf, by its box; NULL: the reference serves */
 } zs_polygon;
 
 /* The closed polygon through `count` points (x, y pairs); its last point is

@@ -144,10 +144,11 @@ static bool work_out(block *b, const zs_polygon *polygon, const float *x, const 
                      void (*add)(block *restrict, edge))
 {
   if (polygon->edge_count <= FEW) {
-    place(b, x, y, polygon->reference);
+    const zs_polygon_witness *reference = &polygon->reference;
+    place(b, x, y, reference->at);
     for (uint32_t i = 0; i < polygon->edge_count; i++)
-      add(b, prepared(&polygon->edges[i], polygon->reference));
-    return polygon->inside;
+      add(b, prepared(&polygon->edges[i], reference->at));
+    return reference->inside;
   }
   double lo[2], hi[2];
   extent(x, b->n, &lo[0], &hi[0]);
@@ -216,7 +217,7 @@ static void bounds(const zs_bounds_arguments *a)
       const double f = zs_polygon_distance(polygon, x, y);
       /* Blocks are as exact as single precision is at the distance from the
        * point that they count from. */
-      const double away = hypot(x - polygon->reference[0], y - polygon->reference[1]);
+      const double *from = polygon->reference.at, away = hypot(x - from[0], y - from[1]);
       const double slack = 1e-6 * (fabs(f) + radius + away);
       f_lo = (float)(f - radius - slack);
       f_hi = (float)(f + radius + slack);
