@@ -1,5 +1,7 @@
 #include "rbf/dense.h"
 
+#include "rbf/local.h"
+
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
@@ -8,6 +10,10 @@
 /* Singular values of P below this part of the largest are taken for zero:
  * constraints that are flat to a millionth of their extent are flat. */
 static const double RANK_TOLERANCE = 1e-6;
+
+/* Systems up to this size are factorised by the calling thread: LAPACK libraries have threads,
+ * which get in the way of ours where many small systems are solved at once (local.h). */
+enum { SMALL = 1500 };
 
 double zs_dense_bytes(size_t n, size_t terms)
 {
@@ -67,46 +73,118 @@ zs_dense_result zs_dense_least(size_t rows, size_t columns, size_t sides, double
   return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
 }
 
+/* ---- The orthogonal factor ------------------------------------------------------------------ */
+
+static double dot(const double *a, const double *b, size_t n)
+{
+  double sum = 0;
+#pragma omp simd reduction(+ : sum)
+  for (size_t i = 0; i < n; i++)
+    sum += a[i] * b[i];
+  return sum;
+}
+
+/* to += factor from */
+static void add(double *to, const double *from, double factor, size_t n)
+{
+#pragma omp simd
+  for (size_t i = 0; i < n; i++)
+    to[i] += factor * from[i];
+}
+
 /* Reflectors of an orthogonal Q whose leading columns span P. */
 static zs_dense_result decompose_polynomials(zs_dense *dense, size_t n, size_t terms,
                                              const double *p)
 {
+  double tau[ZS_DENSE_MAXIMUM_TERMS];
   zs_dense_result result = zs_span_make(&dense->span, n, terms, p);
   if (result != ZS_DENSE_DONE)
     return result;
-  double *basis = dense->span.basis;
-  lapack_int status =
-    LAPACKE_dgeqrf(LAPACK_COL_MAJOR, (lapack_int)n, (lapack_int)dense->span.rank, basis,
-                   (lapack_int)n, dense->tau);
-  /* The triangle of an orthonormal matrix is diagonal, of ones up to sign. */
-  for (size_t k = 0; k < dense->span.rank; k++)
-    dense->sign[k] = basis[k * n + k] < 0 ? -1 : 1;
-  return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
-}
-
-/* LAPACKE's functions for callers with work space do not look for NaNs first, which would
- * take longer than solving does.  NaNs come out as residuals. */
-
-/* Apply Q or its transpose to a matrix from one side. */
-static bool apply(const zs_dense *dense, char side, char transpose, size_t columns, double *matrix)
-{
-  const lapack_int n = (lapack_int)dense->span.n, rank = (lapack_int)dense->span.rank;
-  const double *basis = dense->span.basis;
-  double size = 0;
-  lapack_int status =
-    LAPACKE_dormqr_work(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns, rank, basis, n,
-                        dense->tau, matrix, n, &size, -1);
-  double *work = malloc((size_t)size * sizeof *work);
-  if (status || !work) {
-    free(work);
-    return false;
+  double *v = dense->span.basis;
+  const lapack_int rows = (lapack_int)n, rank = (lapack_int)dense->span.rank;
+  if (LAPACKE_dgeqrf(LAPACK_COL_MAJOR, rows, rank, v, rows, tau) ||
+      LAPACKE_dlarft(LAPACK_COL_MAJOR, 'F', 'C', rows, rank, v, rows, tau, dense->t, rank))
+    return ZS_DENSE_MEMORY;
+  for (size_t k = 0; k < dense->span.rank; k++) {
+    /* The triangle of an orthonormal matrix is diagonal, of ones up to sign. */
+    dense->sign[k] = v[k * n + k] < 0 ? -1 : 1;
+    memset(v + k * n, 0, k * sizeof *v);
+    v[k * n + k] = 1;
   }
-  status =
-    LAPACKE_dormqr_work(LAPACK_COL_MAJOR, side, transpose, n, (lapack_int)columns, rank, basis, n,
-                        dense->tau, matrix, n, work, (lapack_int)size);
-  free(work);
-  return status == 0;
+  return ZS_DENSE_DONE;
 }
+
+/* out = T in, or with T transposed. */
+static void apply_triangle(const zs_dense *dense, bool transposed, const double *in, double *out)
+{
+  const size_t rank = dense->span.rank;
+  for (size_t i = 0; i < rank; i++) {
+    out[i] = 0;
+    for (size_t k = 0; k < rank; k++)
+      out[i] += dense->t[transposed ? i * rank + k : k * rank + i] * in[k];
+  }
+}
+
+/* Apply Q or its transpose to a vector. */
+static void apply(const zs_dense *dense, bool transposed, double *vector)
+{
+  const size_t n = dense->span.n, rank = dense->span.rank;
+  const double *v = dense->span.basis;
+  double along[ZS_DENSE_MAXIMUM_TERMS], c[ZS_DENSE_MAXIMUM_TERMS];
+  for (size_t k = 0; k < rank; k++)
+    along[k] = dot(v + k * n, vector, n);
+  apply_triangle(dense, transposed, along, c);
+  for (size_t k = 0; k < rank; k++)
+    add(vector, v + k * n, -c[k], n);
+}
+
+/* Find W = Y T - V (T^T S T) / 2 with Y = A V, S = V^T Y, for which
+ *   Q^T A Q = (1 - V T^T V^T) A (1 - V T V^T) = A - W V^T - V W^T. */
+static void find_update(const zs_dense *dense, double *y, double *w)
+{
+  enum { MOST = ZS_DENSE_MAXIMUM_TERMS };
+  const size_t n = dense->span.n, rank = dense->span.rank;
+  const double *v = dense->span.basis, *t = dense->t;
+  double s[MOST][MOST], column[MOST], both[MOST];
+  memset(y, 0, n * rank * sizeof *y);
+  for (size_t j = 0; j < n; j++)
+    for (size_t k = 0; k < rank; k++)
+      add(y + k * n, dense->a + j * n, v[k * n + j], n);
+  for (size_t k = 0; k < rank; k++)
+    for (size_t i = 0; i < rank; i++)
+      s[i][k] = dot(v + i * n, y + k * n, n);
+  memset(w, 0, n * rank * sizeof *w);
+  for (size_t k = 0; k < rank; k++) {
+    for (size_t i = 0; i < rank; i++) {
+      column[i] = dot(s[i], t + k * rank, rank);
+      add(w + k * n, y + i * n, t[k * rank + i], n);
+    }
+    apply_triangle(dense, true, column, both);
+    for (size_t i = 0; i < rank; i++)
+      add(w + k * n, v + i * n, -both[i] / 2, n);
+  }
+}
+
+/* The lower triangle of Q^T A Q. */
+static bool transform(zs_dense *dense)
+{
+  const size_t n = dense->span.n, rank = dense->span.rank;
+  const double *v = dense->span.basis;
+  double *y = malloc(2 * n * rank * sizeof *y), *w = y + n * rank;
+  if (!y)
+    return false;
+  find_update(dense, y, w);
+  for (size_t j = 0; j < n; j++)
+    for (size_t k = 0; k < rank; k++) {
+      double *column = dense->a + j * n + j;
+      add(column, w + k * n + j, -v[k * n + j], n - j);
+      add(column, v + k * n + j, -w[k * n + j], n - j);
+    }
+  free(y);
+  return true;
+}
+
+/* ---- Solution ------------------------------------------------------------------------------- */
 
 zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, double *a,
                                    const double *p)
@@ -115,43 +193,53 @@ zs_dense_result zs_dense_factorise(zs_dense *dense, size_t n, size_t terms, doub
   zs_dense_result result = decompose_polynomials(dense, n, terms, p);
   if (result != ZS_DENSE_DONE)
     return result;
-  if (!apply(dense, 'L', 'T', n, a) || !apply(dense, 'R', 'N', n, a))
+  if (!transform(dense))
     return ZS_DENSE_MEMORY;
   const size_t rank = dense->span.rank, rest = n - rank;
   if (!rest)
     return ZS_DENSE_DONE;
-  lapack_int status = LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', (lapack_int)rest,
-                                          a + rank * n + rank, (lapack_int)n);
-  if (status > 0)
-    return ZS_DENSE_SINGULAR;
-  return status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
+  double *trailing = a + rank * n + rank;
+  if (rest <= SMALL)
+    return zs_local_select()->factorise(trailing, n, rest) ? ZS_DENSE_DONE : ZS_DENSE_SINGULAR;
+  const lapack_int status =
+    LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', (lapack_int)rest, trailing, (lapack_int)n);
+  return status > 0 ? ZS_DENSE_SINGULAR : status ? ZS_DENSE_MEMORY : ZS_DENSE_DONE;
+}
+
+/* x := (L L^T)^-1 x, with L in the trailing block. */
+static void solve_triangles(const zs_dense *dense, double *x)
+{
+  const size_t n = dense->span.n, rank = dense->span.rank, rest = n - rank;
+  const double *l = dense->a + rank * n + rank;
+  for (size_t j = 0; j < rest; j++) {
+    x[j] /= l[j * n + j];
+    add(x + j + 1, l + j * n + j + 1, -x[j], rest - j - 1);
+  }
+  for (size_t j = rest; j-- > 0;)
+    x[j] = (x[j] - dot(l + j * n + j + 1, x + j + 1, rest - j - 1)) / l[j * n + j];
 }
 
 zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d, double *c)
 {
-  const size_t n = dense->span.n, rank = dense->span.rank, rest = n - rank;
+  const size_t n = dense->span.n, rank = dense->span.rank;
   double *q = malloc(n * sizeof *q);
   if (!q)
     return ZS_DENSE_MEMORY;
   memcpy(q, h, n * sizeof *q);
-  bool done = apply(dense, 'L', 'T', 1, q);
-  memset(d, 0, n * sizeof *d);
-  if (rest)
-    memcpy(d + rank, q + rank, rest * sizeof *d);
-  if (done && rest)
-    done = LAPACKE_dpotrs_work(LAPACK_COL_MAJOR, 'L', (lapack_int)rest, 1,
-                               dense->a + rank * n + rank, (lapack_int)n, d + rank,
-                               (lapack_int)rest) == 0;
+  apply(dense, true, q);
+  memset(d, 0, rank * sizeof *d);
+  memcpy(d + rank, q + rank, (n - rank) * sizeof *d);
+  if (rank < n)
+    solve_triangles(dense, d + rank);
   /* Q1^T (h - A d), through the block below the leading one. */
-  for (size_t k = 0; k < rank; k++)
-    for (size_t i = rank; i < n; i++)
-      q[k] -= dense->a[k * n + i] * d[i];
-  for (size_t k = 0; k < rank; k++)
+  for (size_t k = 0; k < rank; k++) {
+    q[k] -= dot(dense->a + k * n + rank, d + rank, n - rank);
     q[k] *= dense->sign[k];
+  }
   zs_span_coefficients(&dense->span, q, c);
-  done = done && apply(dense, 'L', 'N', 1, d);
+  apply(dense, false, d);
   free(q);
-  return done ? ZS_DENSE_DONE : ZS_DENSE_MEMORY;
+  return ZS_DENSE_DONE;
 }
 
 void zs_dense_free(zs_dense *dense)

@@ -47,9 +47,9 @@ void zs_span_coefficients(const zs_span *span, const double *q, double *c);
 zs_dense_result zs_dense_least(size_t rows, size_t columns, size_t sides, double *a, double *b);
 
 typedef struct zs_dense {
-  zs_span span; /* its basis is overwritten by Q, as LAPACK stores it */
-  double *a;    /* n x n: Q^T A Q, its trailing block factorised */
-  double tau[ZS_DENSE_MAXIMUM_TERMS];
+  zs_span span; /* its basis is overwritten by V, n x rank, of Q = 1 - V T V^T */
+  double *a;    /* n x n: the lower triangle of Q^T A Q, its trailing block factorised */
+  double t[ZS_DENSE_MAXIMUM_TERMS * ZS_DENSE_MAXIMUM_TERMS]; /* T, rank x rank: upper triangle */
   double sign[ZS_DENSE_MAXIMUM_TERMS]; /* U = Q1 diag(sign) */
 } zs_dense;
 

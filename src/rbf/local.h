@@ -22,6 +22,9 @@ typedef struct zs_local {
 
 /* What the instruction sets have their own of. */
 typedef struct zs_local_kernels {
+  /* The Cholesky factor of a symmetric positive definite matrix of any size, whose lower
+   * triangle it overwrites; false when the matrix is not positive definite. */
+  bool (*factorise)(double *a, size_t stride, size_t n);
   /* False when the matrix is not positive definite. */
   bool (*invert)(const zs_local *local);
   /* c -= a b^T: c is rows x columns, a is rows x depth, b is columns x depth;

@@ -63,18 +63,20 @@ static void subtract(double *c, size_t c_stride, size_t rows, size_t columns, co
   subtract_general(c, c_stride, rows, columns, a, a_stride, b, b_stride, 1, depth);
 }
 
-/* The Cholesky factor of a block on the diagonal, in place. */
-static bool factorise_block(double *a, size_t stride)
+/* The first columns of the Cholesky factor of a matrix, in place; of the others what these
+ * contribute to them is not subtracted. */
+static inline ZS_ALWAYS bool factorise_columns(double *a, size_t stride, size_t columns,
+                                               size_t rows)
 {
-  for (size_t j = 0; j < BLOCK; j++) {
+  for (size_t j = 0; j < columns; j++) {
     double *column = a + j * stride;
     if (!(column[j] > 0) || isinf(column[j]))
       return false;
     const double pivot = sqrt(column[j]);
-    for (size_t i = j; i < BLOCK; i++)
+    for (size_t i = j; i < rows; i++)
       column[i] /= pivot;
-    for (size_t k = j + 1; k < BLOCK; k++)
-      for (size_t i = k; i < BLOCK; i++)
+    for (size_t k = j + 1; k < columns; k++)
+      for (size_t i = k; i < rows; i++)
         a[k * stride + i] -= column[i] * column[k];
   }
   return true;
@@ -115,14 +117,17 @@ static void divide(double *x, size_t x_stride, size_t rows, const double *l, siz
   }
 }
 
-static bool factorise(double *a, size_t n)
+static bool factorise(double *a, size_t stride, size_t n)
 {
-  for (size_t j = 0; j < n; j += BLOCK) {
-    double *block = a + j * n + j;
-    subtract(block, n, n - j, BLOCK, a + j, n, a + j, n, j);
-    if (!factorise_block(block, n))
+  const size_t odd = n % BLOCK;
+  if (!factorise_columns(a, stride, odd, n))
+    return false;
+  for (size_t j = odd; j < n; j += BLOCK) {
+    double *block = a + j * stride + j;
+    subtract(block, stride, n - j, BLOCK, a + j, stride, a + j, stride, j);
+    if (!factorise_columns(block, stride, BLOCK, BLOCK))
       return false;
-    divide_transposed(block + BLOCK, n, n - j - BLOCK, block, n);
+    divide_transposed(block + BLOCK, stride, n - j - BLOCK, block, stride);
   }
   return true;
 }
@@ -131,7 +136,7 @@ static bool invert(const zs_local *local)
 {
   const size_t n = local->size, inner = local->inner, outer = n - inner;
   double *l = local->matrix, *x = local->rows;
-  if (!factorise(l, n))
+  if (!factorise(l, n, n))
     return false;
   /* (0 1) L^-T, whose first columns are 0 ... */
   memset(x, 0, inner * n * sizeof *x);
@@ -163,4 +168,4 @@ static void apply(const float *rows, size_t inner, size_t count, const double *v
   }
 }
 
-const zs_local_kernels ZS_KERNELS(zs_local_table) = {invert, subtract, apply};
+const zs_local_kernels ZS_KERNELS(zs_local_table) = {factorise, invert, subtract, apply};

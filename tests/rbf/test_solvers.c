@@ -151,6 +151,36 @@ static void rows_of_inverses(void **state)
   unsetenv("ZEROSET_ISA");
 }
 
+/* The leading part of a larger matrix, whose other numbers stay as they are. */
+static void check_factor(size_t size, size_t stride, double condition)
+{
+  double *a = definite_matrix(stride, condition, 9), *l = malloc(stride * stride * sizeof *l);
+  assert_non_null(l);
+  memcpy(l, a, stride * stride * sizeof *l);
+  assert_true(zs_local_select()->factorise(l, stride, size));
+  for (size_t j = 0; j < stride; j++)
+    for (size_t i = j; i < stride; i++) {
+      double sum = i < size ? 0 : l[j * stride + i];
+      for (size_t k = 0; i < size && k <= j; k++)
+        sum += l[k * stride + i] * l[k * stride + j];
+      assert_true(fabs(sum - a[j * stride + i]) < 1e-13);
+    }
+  free(a);
+  free(l);
+}
+
+static void factors_are_those_of_matrices_of_any_size(void **state)
+{
+  (void)state;
+  for (unsigned isa = 0; isa < machine_isas(); isa++) {
+    assert_int_equal(setenv("ZEROSET_ISA", isas[isa], 1), 0);
+    for (size_t size = 1; size < 70; size++)
+      check_factor(size, size + 2 + size % 5, 1e4);
+    check_factor(531, 540, 1e6);
+  }
+  unsetenv("ZEROSET_ISA");
+}
+
 static void indefinite_matrices_are_refused(void **state)
 {
   (void)state;
@@ -160,7 +190,12 @@ static void indefinite_matrices_are_refused(void **state)
     for (int bad = 0; bad < 3; bad++) {
       double *a = definite_matrix(SIZE, 100, 3), *rows = random_numbers(16 * SIZE, 4);
       a[20 * SIZE + 20] = bad == 0 ? -1 : bad == 1 ? 0 : (double)NAN;
+      double *copy = malloc(SIZE * SIZE * sizeof *copy);
+      assert_non_null(copy);
+      memcpy(copy, a, SIZE * SIZE * sizeof *copy);
       assert_false(zs_local_select()->invert(&(zs_local){SIZE, 16, a, rows}));
+      assert_false(zs_local_select()->factorise(copy, SIZE, SIZE - 5));
+      free(copy);
       free(a);
       free(rows);
     }
@@ -433,6 +468,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(products_are_sums_of_pairs),
     cmocka_unit_test(rows_of_inverses),
+    cmocka_unit_test(factors_are_those_of_matrices_of_any_size),
     cmocka_unit_test(indefinite_matrices_are_refused),
     cmocka_unit_test(rows_are_applied),
     cmocka_unit_test(clusters_hold_every_point_once),
