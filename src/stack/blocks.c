@@ -200,10 +200,13 @@ static void flush(const zs_block *block, batch *b, const zs_block_plane *plane)
 static void add_row(const zs_block *block, const zs_block_plane *plane, size_t j, double across,
                     batch *b)
 {
-  for (size_t i = 0; i < plane->size[0]; i++) {
+  const double before = block->lo[0] - plane->first[0];
+  for (size_t i = before > 0 ? (size_t)before : 0; i < plane->size[0]; i++) {
     const size_t place = j * plane->size[0] + i;
     const double at[3] = {plane->first[0] + (double)i, plane->first[1] + (double)j, plane->z};
-    if (!plane->wanted[place] || at[0] <= block->lo[0] || at[0] >= block->hi[0])
+    if (at[0] >= block->hi[0])
+      break;
+    if (!plane->wanted[place] || at[0] <= block->lo[0])
       continue;
     for (int k = 0; k < 3; k++)
       b->point[k][b->count] = (at[k] - block->centre[k]) / block->size;

@@ -152,25 +152,33 @@ static void linearise(level *l)
   }
 }
 
-/* One of Jacobi's iterations: the mean of the neighbours, moved towards agreement. */
+/* The mean of a pixel's neighbours, moved towards agreement. */
+static inline void relax(const level *l, size_t i, zs_field_neighbours n, float smoothness)
+{
+  const float *u = l->v[0], *v = l->v[1];
+  const float mx = (u[n.left] + u[n.right] + u[n.up] + u[n.down]) / 4;
+  const float my = (v[n.left] + v[n.right] + v[n.up] + v[n.down]) / 4;
+  const float gx = l->gx[i], gy = l->gy[i], weight = l->weight[i];
+  const float step = weight * (l->rest[i] + gx * mx + gy * my) /
+                     (smoothness + weight * (gx * gx + gy * gy));
+  l->next[0][i] = mx - gx * step;
+  l->next[1][i] = my - gy * step;
+}
+
+/* One of Jacobi's iterations. */
 static void sweep(level *l, float smoothness)
 {
+  const level at = *l; /* whose pointers do not change */
   const size_t w = l->width, h = l->height;
-  for (size_t y = 0; y < h; y++)
-    for (size_t x = 0; x < w; x++) {
-      const zs_field_neighbours n = zs_field_around(w, h, x, y);
-      const size_t i = y * w + x;
-      float m[2];
-      for (int k = 0; k < 2; k++) {
-        const float *v = l->v[k];
-        m[k] = (v[n.left] + v[n.right] + v[n.up] + v[n.down]) / 4;
-      }
-      const float gx = l->gx[i], gy = l->gy[i], weight = l->weight[i];
-      const float step = weight * (l->rest[i] + gx * m[0] + gy * m[1]) /
-                         (smoothness + weight * (gx * gx + gy * gy));
-      l->next[0][i] = m[0] - gx * step;
-      l->next[1][i] = m[1] - gy * step;
-    }
+  for (size_t y = 0; y < h; y++) {
+    const size_t row = y * w, last = row + w - 1;
+    const size_t up = y > 0 ? w : 0, down = y + 1 < h ? w : 0;
+    relax(&at, row, zs_field_around(w, h, 0, y), smoothness);
+    relax(&at, last, zs_field_around(w, h, w - 1, y), smoothness);
+#pragma omp simd
+    for (size_t i = row + 1; i < last; i++)
+      relax(&at, i, (zs_field_neighbours){i - 1, i + 1, i - up, i + down}, smoothness);
+  }
   for (int k = 0; k < 2; k++) {
     float *v = l->v[k];
     l->v[k] = l->next[k];

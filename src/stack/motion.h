@@ -29,6 +29,16 @@ bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_
 void zs_motion_clear(zs_motion *motion);
 
 /* A field of width x height numbers between its samples, linearly; at the edges as there. */
-float zs_motion_sample(const float *field, size_t width, size_t height, float x, float y);
+static inline float zs_motion_sample(const float *field, size_t width, size_t height, float x,
+                                     float y)
+{
+  const float right = (float)(width - 1), bottom = (float)(height - 1);
+  x = x > 0 ? x < right ? x : right : 0;
+  y = y > 0 ? y < bottom ? y : bottom : 0;
+  const size_t i = (size_t)x + 1 < width ? (size_t)x : width - 2;
+  const size_t j = (size_t)y + 1 < height ? (size_t)y : height - 2;
+  const float s = x - (float)i, t = y - (float)j, *p = field + j * width + i;
+  return (1 - t) * ((1 - s) * p[0] + s * p[1]) + t * ((1 - s) * p[width] + s * p[width + 1]);
+}
 
 #endif

@@ -4,15 +4,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-float zs_motion_sample(const float *field, size_t width, size_t height, float x, float y)
+/* One row, `kernel` being symmetric and adding up to `sum`. */
+static void blur_row(const float *row, float *to, size_t width, const float *kernel, int reach,
+                     float sum)
 {
-  const float right = (float)(width - 1), bottom = (float)(height - 1);
-  x = x > 0 ? x < right ? x : right : 0;
-  y = y > 0 ? y < bottom ? y : bottom : 0;
-  const size_t i = (size_t)x + 1 < width ? (size_t)x : width - 2;
-  const size_t j = (size_t)y + 1 < height ? (size_t)y : height - 2;
-  const float s = x - (float)i, t = y - (float)j, *p = field + j * width + i;
-  return (1 - t) * ((1 - s) * p[0] + s * p[1]) + t * ((1 - s) * p[width] + s * p[width + 1]);
+  const ptrdiff_t n = (ptrdiff_t)width;
+  memset(to, 0, width * sizeof *to);
+  for (int k = -reach; k <= reach; k++) {
+    const float w = kernel[abs(k)];
+    const ptrdiff_t from = k < 0 ? (-k < n ? -k : n) : 0, end = k > 0 ? (n - k > 0 ? n - k : 0) : n;
+    for (ptrdiff_t x = 0; x < from; x++)
+      to[x] += w * row[0];
+    for (ptrdiff_t x = from; x < end; x++)
+      to[x] += w * row[x + k];
+    for (ptrdiff_t x = end; x < n; x++)
+      to[x] += w * row[n - 1];
+  }
+  for (size_t x = 0; x < width; x++)
+    to[x] /= sum;
 }
 
 void zs_field_blur(float *field, float *work, size_t width, size_t height, double sigma)
@@ -25,12 +34,7 @@ void zs_field_blur(float *field, float *work, size_t width, size_t height, doubl
     sum += k ? 2 * kernel[k] : kernel[k];
   }
   for (size_t y = 0; y < height; y++)
-    for (size_t x = 0; x < width; x++) {
-      float f = 0;
-      for (int k = -reach; k <= reach; k++)
-        f += kernel[abs(k)] * field[y * width + zs_field_clamped((ptrdiff_t)x + k, width)];
-      work[y * width + x] = f / sum;
-    }
+    blur_row(field + y * width, work + y * width, width, kernel, reach, sum);
   for (size_t y = 0; y < height; y++) {
     float *out = field + y * width;
     memset(out, 0, width * sizeof *out);
@@ -43,20 +47,24 @@ void zs_field_blur(float *field, float *work, size_t width, size_t height, doubl
   }
 }
 
+/* The greatest of the numbers and of others beside them. */
+static void raise_row(float *restrict to, const float *restrict others, size_t count)
+{
+  for (size_t i = 0; i < count; i++)
+    to[i] = others[i] > to[i] ? others[i] : to[i];
+}
+
 void zs_field_spread(float *field, float *work, size_t width, size_t height, int reach)
 {
+  memcpy(work, field, width * height * sizeof *work);
   for (size_t y = 0; y < height; y++)
-    for (size_t x = 0; x < width; x++) {
-      float f = -INFINITY;
-      for (int k = -reach; k <= reach; k++)
-        f = fmaxf(f, field[y * width + zs_field_clamped((ptrdiff_t)x + k, width)]);
-      work[y * width + x] = f;
+    for (size_t k = 1; k <= (size_t)reach && k < width; k++) {
+      raise_row(work + y * width, field + y * width + k, width - k);
+      raise_row(work + y * width + k, field + y * width, width - k);
     }
-  for (size_t y = 0; y < height; y++)
-    for (size_t x = 0; x < width; x++) {
-      float f = -INFINITY;
-      for (int k = -reach; k <= reach; k++)
-        f = fmaxf(f, work[zs_field_clamped((ptrdiff_t)y + k, height) * width + x]);
-      field[y * width + x] = f;
-    }
+  memcpy(field, work, width * height * sizeof *field);
+  for (size_t k = 1; k <= (size_t)reach && k < height; k++) {
+    raise_row(field, work + k * width, (height - k) * width);
+    raise_row(field + k * width, work, (height - k) * width);
+  }
 }

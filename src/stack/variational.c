@@ -14,6 +14,9 @@ static const double PI = 3.14159265358979323846;
  * pixels; towards there it goes over into these. */
 static const double BAND = 4, BAND_OF_GAP = 0.6, MOST_BAND = 40, PURE = 0.6;
 
+/* Where it is more, in pixels, f does not change sign within a pixel's reach. */
+static const double NEAR = 2.5;
+
 /* Across wide gaps, in pixels, heights also count for less, so that more goes straight from
  * slice to slice; f is then the mean of both, each bounded so that none outweighs the other
  * far from its surface. */
@@ -154,9 +157,37 @@ static void free_room(room *r)
   free(r->wanted);
 }
 
-/* Add to the sums those of blocks with heights at some scale. */
-static void add_blocks(const zs_joiner *j, const zs_blocks *blocks, double scale, uint32_t layer,
-                       const room *m)
+/* The mean of the nodes around a place, where they tell enough of it. */
+static bool find_between(const room *m, size_t width, size_t height, size_t place, double *f)
+{
+  const size_t x = place % width, y = place / width, right = x + x % 2, below = y + y % 2;
+  if (right >= width || below >= height)
+    return false;
+  const size_t nodes[] = {y / 2 * 2 * width + x / 2 * 2, y / 2 * 2 * width + right,
+                          below * width + x / 2 * 2, below * width + right};
+  double least = INFINITY, greatest = -INFINITY, sum = 0;
+  for (int k = 0; k < 4; k++) {
+    if (m->weights[nodes[k]] == 0)
+      return false;
+    const double value = m->sums[nodes[k]] / m->weights[nodes[k]];
+    least = fmin(least, value);
+    greatest = fmax(greatest, value);
+    sum += value;
+  }
+  *f = sum / 4;
+  return least > NEAR || greatest < -NEAR;
+}
+
+/* Where a node is: on every other pixel of every other row. */
+static bool is_node(size_t width, size_t place)
+{
+  return place % width % 2 == 0 && place / width % 2 == 0;
+}
+
+/* The sums of blocks with heights at some scale, within the band.  Away from the surface they are
+ * found on nodes alone, and between these from them. */
+static void find_sums(const zs_joiner *j, const zs_blocks *blocks, double scale, uint32_t layer,
+                      double band, const room *m)
 {
   const zs_raster *r = j->raster;
   const zs_block_plane plane = {
@@ -164,9 +195,21 @@ static void add_blocks(const zs_joiner *j, const zs_blocks *blocks, double scale
     .first = {(double)j->first[0], (double)j->first[1]},
     .size = {r->count[0], r->count[1]},
     .wanted = m->wanted, .sums = m->sums, .weights = m->weights};
-  const size_t count = (size_t)r->count[0] * r->count[1];
-  for (size_t i = 0; i < count; i++)
+  const size_t width = r->count[0], count = width * r->count[1];
+  for (size_t i = 0; i < count; i++) {
     m->sums[i] = m->weights[i] = 0;
+    m->wanted[i] = fabs(m->carried[i]) < band && is_node(width, i);
+  }
+  zs_blocks_add(blocks, &plane);
+  for (size_t i = 0; i < count; i++) {
+    double f;
+    m->wanted[i] = fabs(m->carried[i]) < band && !is_node(width, i);
+    if (m->wanted[i] && find_between(m, width, r->count[1], i, &f)) {
+      m->wanted[i] = false;
+      m->sums[i] = f;
+      m->weights[i] = 1;
+    }
+  }
   zs_blocks_add(blocks, &plane);
 }
 
@@ -184,10 +227,8 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
   if (memory) {
     carry(j, layer, m.carried);
     const int scales = scales_of(j, gap);
-    for (size_t i = 0; i < count; i++)
-      m.wanted[i] = fabs(m.carried[i]) < band;
     for (int k = 0; k < scales; k++) {
-      add_blocks(j, &blocks[k], SCALES[k], layer, &m);
+      find_sums(j, &blocks[k], SCALES[k], layer, band, &m);
       for (size_t i = 0; i < count; i++) {
         double f = m.carried[i];
         if (m.weights[i] > 0) {

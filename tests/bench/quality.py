@@ -2,6 +2,7 @@
 """Score how well <stack> rebuilds slices that it was not given, and how shapes become each other.
 
 Usage: quality.py ZEROSET FOLDER [--only NAME ...] [--every K ...] [--method NAME]
+       quality.py ZEROSET FOLDER --large NAME
 
 The FOLDER may hold
   volumes/NAME.nrrd    label volumes (uint8): of every k-th slice the solid is made, and the others
@@ -18,10 +19,17 @@ Volumes, over the missing slices between the first and the last given one that i
 Pairs, over 33 frames:
   area, perimeter   per cent that they go back on their way from one shape to the other
   topology          changes of the numbers of parts and holes;  empty: frames without the shape
+
+With --large no quality but time is measured: of the middle 16, 32 and 64 of 64 slices of 512 x 512
+pixels, which the volume NAME becomes, the program makes an STL file.
+  seconds   by the clock, and the processors' together
+  growth    the latter by that of the row above, which has half as many gaps
+  peak      the most memory in use, in MB
 """
 import argparse
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -234,6 +242,43 @@ def run_volumes(program, folder, tables, options):
     print("\nMeans are over the objects that the peers have; of jump and excess, medians.\n")
 
 
+# ---- Large stacks ----------------------------------------------------------------------------
+
+LARGE = 64, 512, 512
+
+
+def enlarge(labels):
+    """The solid at other samples of the same box, its surface between samples by linear values."""
+    axes = [(np.arange(n) + 0.5) * m / n - 0.5 for n, m in zip(LARGE, labels.shape)]
+    solid = labels.astype("f4")
+    large = np.empty(LARGE, bool)
+    for k, z in enumerate(axes[0]):
+        grid = np.meshgrid([z], axes[1], axes[2], indexing="ij")
+        large[k] = ndimage.map_coordinates(solid, grid, order=1, mode="nearest")[0] >= 0.5
+    return large
+
+
+def run_large(program, folder, name):
+    labels, spacing = read_nrrd(os.path.join(folder, name + ".nrrd"))
+    spacing = [spacing[k] * labels.shape[2 - k] / LARGE[2 - k] for k in range(3)]
+    large, before = enlarge(labels > 0), None
+    print("| slices | seconds | processors | growth | peak MB |\n" + "|---" * 5 + "|")
+    with open(os.path.join(program.folder, "scene.xml"), "w") as stream:
+        stream.write('<scene><stack src="labels.nrrd"/></scene>')
+    for count in (16, 32, 64):
+        first = (LARGE[0] - count) // 2
+        write_labels(os.path.join(program.folder, "labels.nrrd"), large[first:first + count], spacing)
+        begun, used = time.time(), resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([program.path, "mesh", "scene.xml", "-o", "solid.stl", "--quiet"],
+                       cwd=program.folder, check=True)
+        seconds, now = time.time() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
+        processors = now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime
+        growth = f"{processors / before:.2f}" if before else ""
+        print(f"| {count} | {seconds:.1f} | {processors:.1f} | {growth} | "
+              f"{now.ru_maxrss / 1024:.0f} |", flush=True)
+        before = processors
+
+
 # ---- Pairs -----------------------------------------------------------------------------------
 
 def outline_measures(f):
@@ -352,6 +397,7 @@ def main():
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--every", nargs="*", type=int, default=[4, 8, 16])
     parser.add_argument("--method", default="auto")
+    parser.add_argument("--large")
     options = parser.parse_args()
     if not options.folder or not os.path.isdir(options.folder):
         print("skipped: ZEROSET_QUALITY_DATA names no folder of volumes and shapes")
@@ -359,6 +405,9 @@ def main():
     tables = read_tables(os.path.join(options.folder, "peer-scores.md"))
     program = Program(options.program)
     try:
+        if options.large:
+            run_large(program, os.path.join(options.folder, "volumes"), options.large)
+            return
         for name, run in (("volumes", run_volumes), ("shapes2d", run_pairs)):
             folder = os.path.join(options.folder, name)
             if os.path.isdir(folder):
