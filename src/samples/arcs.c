@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHORDS = 16 /* of an arc, to find crossings */ };
+enum { CHORDS = 16 /* of an arc, to find where outlines touch */ };
 
 static double cross(const double a[2], const double b[2])
 {
@@ -142,6 +142,78 @@ void zs_arc_reverse(zs_arc_ring *r)
     r->edges[i].bulge = -(i + 1 < r->count ? r->edges[i + 1].bulge : first);
 }
 
+/* ---- Crossings -------------------------------------------------------------------------- */
+
+/* Points nearer to an end than this part of an edge are at it. */
+static const double AT_END = 1e-6;
+
+/* Find where the circle of an arc meets the line or the circle of another edge: two points, or
+ * none. */
+static bool find_common(const zs_arc_ring *r, size_t arc, size_t other, double points[2][2])
+{
+  const double *a = r->edges[other].from, *b = zs_arc_next(r, other)->from;
+  double c[2], centre[2], way[2] = {a[1] - b[1], b[0] - a[0]};
+  const double radius = zs_arc_circle(r->edges[arc].from, zs_arc_next(r, arc)->from,
+                                      r->edges[arc].bulge, c);
+  const bool straight = r->edges[other].bulge == 0;
+  const double others = straight ? 0 : zs_arc_circle(a, b, r->edges[other].bulge, centre);
+  for (int k = 0; k < 2 && !straight; k++)
+    way[k] = centre[k] - c[k];
+  const double length = hypot(way[0], way[1]);
+  /* Along the way, from the centre to the line through both points. */
+  const double away =
+    straight ? (way[0] * (a[0] - c[0]) + way[1] * (a[1] - c[1])) / length
+             : (length * length + radius * radius - others * others) / (2 * length);
+  if (!(fabs(away) < radius))
+    return false;
+  const double side = sqrt(radius * radius - away * away);
+  for (int k = 0; k < 2; k++) {
+    points[k][0] = c[0] + (away * way[0] - (k ? side : -side) * way[1]) / length;
+    points[k][1] = c[1] + (away * way[1] + (k ? side : -side) * way[0]) / length;
+  }
+  return true;
+}
+
+/* Whether a point of the line or the circle of an edge is on the edge, and not at its ends. */
+static bool is_between(const zs_arc_ring *r, size_t i, const double p[2])
+{
+  const double *a = r->edges[i].from, *b = zs_arc_next(r, i)->from, bulge = r->edges[i].bulge;
+  const double way[2] = {b[0] - a[0], b[1] - a[1]}, from[2] = {p[0] - a[0], p[1] - a[1]};
+  const double length = hypot(way[0], way[1]);
+  const double end = fmin(hypot(from[0], from[1]), hypot(p[0] - b[0], p[1] - b[1]));
+  if (end <= AT_END * length)
+    return false;
+  if (bulge != 0) /* of the two parts of the circle the one beside the chord */
+    return (cross(way, from) < 0) == (bulge > 0);
+  const double along = way[0] * from[0] + way[1] * from[1];
+  return along > 0 && along < length * length;
+}
+
+/* How far an edge reaches from the middle of its chord. */
+static double reach_of(const zs_arc_ring *r, size_t i, double middle[2])
+{
+  const double *a = r->edges[i].from, *b = zs_arc_next(r, i)->from;
+  for (int k = 0; k < 2; k++)
+    middle[k] = (a[k] + b[k]) / 2;
+  return hypot(b[0] - a[0], b[1] - a[1]) / 2 * fmax(1, fabs(r->edges[i].bulge));
+}
+
+/* Whether an arc crosses another edge, which neighbours may do very near to their corner. */
+static bool arcs_cross(const zs_arc_ring *r)
+{
+  for (size_t i = 0; i < r->count; i++)
+    for (size_t j = 0; r->edges[i].bulge != 0 && j < r->count; j++) {
+      double m[2], n[2], points[2][2];
+      const double reach = reach_of(r, i, m) + reach_of(r, j, n);
+      if (i == j || hypot(m[0] - n[0], m[1] - n[1]) > reach || !find_common(r, i, j, points))
+        continue;
+      for (int k = 0; k < 2; k++)
+        if (is_between(r, i, points[k]) && is_between(r, j, points[k]))
+          return true;
+    }
+  return false;
+}
+
 /* Whether edges meet elsewhere than at corners: then what they enclose has other edges. */
 bool zs_arc_is_simple(const zs_arc_ring *r, bool *memory)
 {
@@ -160,7 +232,7 @@ bool zs_arc_is_simple(const zs_arc_ring *r, bool *memory)
   *memory = *memory && zs_fill_add_rings(&fill, points, &count, 1);
   const zs_fill_result result = *memory ? zs_fill_resolve(&fill, true) : ZS_FILL_MEMORY;
   *memory = result != ZS_FILL_MEMORY;
-  const bool simple = result == ZS_FILL_DONE && fill.count == count;
+  const bool simple = result == ZS_FILL_DONE && fill.count == count && !arcs_cross(r);
   free(points);
   zs_fill_clear(&fill);
   return simple;
