@@ -130,7 +130,7 @@ static void apply(const zs_dense *dense, bool transposed, double *vector)
 {
   const size_t n = dense->span.n, rank = dense->span.rank;
   const double *v = dense->span.basis;
-  double along[ZS_DENSE_MAXIMUM_TERMS], c[ZS_DENSE_MAXIMUM_TERMS];
+  double along[ZS_DENSE_MAXIMUM_TERMS] = {0}, c[ZS_DENSE_MAXIMUM_TERMS];
   for (size_t k = 0; k < rank; k++)
     along[k] = dot(v + k * n, vector, n);
   apply_triangle(dense, transposed, along, c);
