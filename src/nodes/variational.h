@@ -93,7 +93,7 @@ zs_coordinates zs_variational_warp_emit(zs_compiler *compiler, const zs_variatio
 
 /* To be raised when the same samples and settings become other constraints: fits
  * that were stored before are then made anew. */
-enum { ZS_VARIATIONAL_VERSION = 3 };
+enum { ZS_VARIATIONAL_VERSION = 4 };
 
 /* A fit as scenes remember it, found again by a key of all that it depends on. */
 typedef struct zs_variational_fit {

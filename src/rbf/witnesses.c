@@ -8,9 +8,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Places along the longest side, and how far they go beyond the samples' box, by it. */
-enum { SPACE_LEAST = 8, SPACE_MOST = 20, PLANE_LEAST = 16, PLANE_MOST = 64 };
+/* Cells along the longest side to begin with, and how far they go beyond the samples' box, by
+ * it. */
+enum { SPACE_FIRST = 8, PLANE_FIRST = 16 };
 static const double BEYOND = 0.25;
+/* A cell is no longer than so many times the distance from its middle to the samples: what a
+ * radial sum does wrong between its constraints is about as large as they are far. */
+static const double FINE = 1;
+/* Cells become no smaller where there would be more than so many: each is summed up directly. */
+enum { MOST = 65536 };
 /* A place is outside when the samples wind around it less than this, inside when more. */
 static const double OUTSIDE = 0.3, INSIDE = 0.7;
 /* Normals by their pieces add up to nothing over a closed surface; one that is open by more
@@ -193,77 +199,120 @@ static double winding(const pieces *p, size_t index, const double from[3])
   return sum;
 }
 
-/* The distance of a place, negative outside; 0: not clear. */
-static double judge(const pieces *p, const double place[3])
+/* A place, the middle of a cell. */
+typedef struct place {
+  double at[3];
+  double distance; /* from the samples, negative outside; 0: not clear */
+  bool coarse;     /* smaller cells would tell more */
+} place;
+
+static void judge(const pieces *p, double side, place *place)
 {
-  zs_nearest nearest = {.from = place, .except = UINT32_MAX, .most = 1};
+  zs_nearest nearest = {.from = place->at, .except = UINT32_MAX, .most = 1};
   zs_nearest_find(&nearest, p->clusters);
   const double distance = sqrt(nearest.square[0]);
-  if (!(distance > CLEAR * p->across[nearest.point[0]]))
-    return 0;
-  const double turns = winding(p, 0, place);
-  return turns < OUTSIDE ? -distance : turns > INSIDE ? distance : 0;
+  const double clear = CLEAR * p->across[nearest.point[0]];
+  place->coarse = side > FINE * distance && side > clear;
+  place->distance = 0;
+  if (!(distance > clear))
+    return;
+  const double turns = winding(p, 0, place->at);
+  place->distance = turns < OUTSIDE ? -distance : turns > INSIDE ? distance : 0;
 }
 
-/* Even places in the box of the pieces and beyond. */
-typedef struct places {
-  double lo[3], step;
-  size_t count[3];
-} places;
+/* Cells of the same size. */
+typedef struct level {
+  double side;
+  size_t count;
+  place *places;
+} level;
 
-static void spread(places *g, const pieces *p)
+/* Those that fill the box of the pieces and what is somewhat beyond it.  False when memory is
+ * out. */
+static bool begin(level *l, const pieces *p)
 {
   const zs_rbf_cluster *all = &p->clusters->clusters[0];
-  const bool space = p->dimension == 3;
-  double longest = 0;
+  double longest = 0, lo[3];
+  size_t count[3];
   for (unsigned k = 0; k < p->dimension; k++)
     longest = fmax(longest, all->hi[k] - all->lo[k]);
-  const double n = space ? cbrt((double)p->count) : sqrt((double)p->count);
-  const double least = space ? SPACE_LEAST : PLANE_LEAST, most = space ? SPACE_MOST : PLANE_MOST;
-  g->step = (1 + 2 * BEYOND) * longest / fmin(fmax(n, least), most);
+  l->side = (1 + 2 * BEYOND) * longest / (p->dimension == 3 ? SPACE_FIRST : PLANE_FIRST);
+  l->count = 1;
   for (unsigned k = 0; k < 3; k++) {
     const double side = all->hi[k] - all->lo[k] + 2 * BEYOND * longest;
     const bool used = k < p->dimension;
-    g->count[k] = used ? (size_t)ceil(side / g->step) : 1;
-    g->lo[k] = used ? 0.5 * (all->lo[k] + all->hi[k] - g->step * (double)(g->count[k] - 1)) : 0;
+    count[k] = used ? (size_t)ceil(side / l->side) : 1;
+    lo[k] = used ? 0.5 * (all->lo[k] + all->hi[k] - l->side * (double)(count[k] - 1)) : 0;
+    l->count *= count[k];
   }
+  l->places = malloc(l->count * sizeof *l->places);
+  for (size_t i = 0; l->places && i < l->count; i++) {
+    const size_t index[3] = {i % count[0], i / count[0] % count[1], i / count[0] / count[1]};
+    for (int k = 0; k < 3; k++)
+      l->places[i].at[k] = lo[k] + l->side * (double)index[k];
+  }
+  return l->places;
 }
 
-static void place_of(const places *g, size_t i, double place[3])
+/* Replace a level by the parts of its coarse cells, which are `coarse`.  False when memory is
+ * out. */
+static bool divide(level *l, size_t coarse, unsigned dimension)
 {
-  const size_t index[3] = {i % g->count[0], i / g->count[0] % g->count[1],
-                           i / g->count[0] / g->count[1]};
-  for (int k = 0; k < 3; k++)
-    place[k] = g->lo[k] + g->step * (double)index[k];
+  const unsigned parts = 1U << dimension;
+  level next = {.side = l->side / 2, .places = malloc((parts * coarse + 1) * sizeof *next.places)};
+  for (size_t i = 0; next.places && i < l->count; i++)
+    for (unsigned part = 0; l->places[i].coarse && part < parts; part++) {
+      place *to = &next.places[next.count++];
+      for (unsigned k = 0; k < 3; k++)
+        to->at[k] = l->places[i].at[k] + (k >= dimension      ? 0
+                                          : part >> k & 1 ? next.side / 2
+                                                          : -next.side / 2);
+    }
+  free(l->places);
+  *l = next;
+  return l->places;
 }
 
+/* Append the places of a level that are clear, of its finest cells only unless it is the
+ * `last`.  False when memory is out. */
+static bool append(zs_rbf_constraints *witnesses, const level *l, unsigned dimension, bool last)
+{
+  const size_t most = witnesses->count + l->count + 1;
+  double *positions = realloc(witnesses->positions, most * dimension * sizeof *positions);
+  witnesses->positions = positions ? positions : witnesses->positions;
+  double *values = realloc(witnesses->values, most * sizeof *values);
+  witnesses->values = values ? values : witnesses->values;
+  if (!positions || !values)
+    return false;
+  for (size_t i = 0; i < l->count; i++) {
+    const place *place = &l->places[i];
+    if (place->distance == 0 || (place->coarse && !last))
+      continue;
+    memcpy(positions + dimension * witnesses->count, place->at, dimension * sizeof *positions);
+    values[witnesses->count++] = place->distance;
+  }
+  return true;
+}
+
+/* Judge places that are the closer together the nearer the samples are. */
 static bool judge_places(const pieces *p, zs_rbf_constraints *witnesses,
                          const zs_control *control)
 {
-  places g;
-  spread(&g, p);
-  const size_t count = g.count[0] * g.count[1] * g.count[2];
-  double *judged = malloc(count * sizeof *judged);
-  witnesses->positions = malloc(count * p->dimension * sizeof *witnesses->positions);
-  witnesses->values = malloc(count * sizeof *witnesses->values);
-  bool memory = judged && witnesses->positions && witnesses->values;
+  level l;
+  bool memory = begin(&l, p);
   (void)control; /* without OpenMP */
+  while (memory && l.count) {
 #pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
-  for (size_t i = 0; i < (memory ? count : 0); i++) {
-    double place[3];
-    place_of(&g, i, place);
-    judged[i] = judge(p, place);
+    for (size_t i = 0; i < l.count; i++)
+      judge(p, l.side, &l.places[i]);
+    size_t coarse = 0;
+    for (size_t i = 0; i < l.count; i++)
+      coarse += l.places[i].coarse;
+    const bool last = witnesses->count + (coarse << p->dimension) > MOST;
+    memory = append(witnesses, &l, p->dimension, last) &&
+             divide(&l, last ? 0 : coarse, p->dimension);
   }
-  for (size_t i = 0; memory && i < count; i++) {
-    if (judged[i] == 0)
-      continue;
-    double place[3];
-    place_of(&g, i, place);
-    memcpy(witnesses->positions + p->dimension * witnesses->count, place,
-           p->dimension * sizeof *place);
-    witnesses->values[witnesses->count++] = judged[i];
-  }
-  free(judged);
+  free(l.places);
   return memory;
 }
 

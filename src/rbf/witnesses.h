@@ -7,13 +7,14 @@
 #include "rbf/constraints.h"
 #include "rbf/fit.h"
 
-/* List places all over the samples' box and somewhat beyond it, with the distance to the
- * nearest sample as their value, negative outside.  Inside is where the samples on the
- * surface, each a piece of it as large as its neighbours are far, wind around a place
- * (Barill et al., "Fast winding numbers for soups and clouds", SIGGRAPH 2018).  Places where
- * that is not clear are left out, and the list is empty when samples have no normals, or
- * those of an open surface or of curves on one.  It costs about n log n of n samples, for
- * places as many as there are samples but at most some thousands.  False when memory is out. */
+/* List places all over the samples' box and somewhat beyond it, the closer together the nearer
+ * the samples are, with the distance to the nearest sample as their value, negative outside.
+ * Inside is where the samples on the surface, each a piece of it as large as its neighbours are
+ * far, wind around a place (Barill et al., "Fast winding numbers for soups and clouds", SIGGRAPH
+ * 2018).  Places where that is not clear are left out, and the list is empty when samples have no
+ * normals, or those of an open surface or of curves on one.  There are a few for each sample, but
+ * not more than 65 536, or what the first grid has; finding them costs about n log n of n samples.
+ * False when memory is out. */
 bool zs_rbf_witnesses_make(zs_rbf_constraints *witnesses, const zs_rbf_samples *samples,
                            unsigned dimension, const zs_control *control);
 

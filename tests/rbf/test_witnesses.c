@@ -74,6 +74,36 @@ static void sides_are_those_of_the_solid(void **state)
   zs_rbf_samples_clear(&list);
 }
 
+/* Wherever the side is clear, a witness is nearer than the samples: what a fit does wrong there
+ * is not much smaller than that. */
+static void witnesses_are_the_closer_the_nearer_samples_are(void **state)
+{
+  (void)state;
+  static const double middle[3] = {0, 0, 0};
+  uint64_t seed = 5;
+  zs_rbf_samples list = {0};
+  add_sphere(&list, middle, 1, 4000, false);
+  zs_rbf_constraints w = witnesses_of(&list, 3);
+  for (int i = 0; i < 400; i++) {
+    double p[3], length = 0, nearest = INFINITY;
+    for (int k = 0; k < 3; k++) {
+      p[k] = random_between(&seed, -1.3, 1.3);
+      length += p[k] * p[k];
+    }
+    const double distance = fabs(1 - sqrt(length));
+    for (size_t j = 0; j < w.count; j++) {
+      double square = 0;
+      for (size_t k = 0; k < 3; k++)
+        square += pow(w.positions[3 * j + k] - p[k], 2);
+      nearest = fmin(nearest, square);
+    }
+    if (distance > 0.2) /* samples are 0.06 apart */
+      assert_true(sqrt(nearest) < distance);
+  }
+  zs_rbf_constraints_clear(&w);
+  zs_rbf_samples_clear(&list);
+}
+
 static void sides_in_the_plane(void **state)
 {
   (void)state;
@@ -186,6 +216,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(sides_are_those_of_the_solid),
+    cmocka_unit_test(witnesses_are_the_closer_the_nearer_samples_are),
     cmocka_unit_test(sides_in_the_plane),
     cmocka_unit_test(open_or_bare_surfaces_have_none),
     cmocka_unit_test(curves_have_none),
