@@ -395,11 +395,28 @@ static void take_boxes(boxes *b, const zs_bounds_arguments *a, unsigned first)
     }
 }
 
+/* Whether the lanes of a vector repeat the one before them, as idle lanes do. */
+static bool are_idle(const zs_bounds_arguments *a, unsigned first)
+{
+  for (unsigned l = first; first > 0 && l < first + ZS_WIDTH; l++)
+    for (int k = 0; k < 3; k++)
+      if (a->in[k]->lo[l] != a->in[k]->lo[first - 1] || a->in[k]->hi[l] != a->in[k]->hi[first - 1])
+        return false; /* NaN, too */
+  return first > 0;
+}
+
 static void bounds(const zs_bounds_arguments *a)
 {
   const zs_flow_part *part = a->data;
   boxes b;
   for (unsigned first = 0; first < ZS_LANES; first += ZS_WIDTH) {
+    if (are_idle(a, first)) {
+      for (unsigned l = first; l < first + ZS_WIDTH; l++) {
+        a->out->lo[l] = a->out->lo[first - 1];
+        a->out->hi[l] = a->out->hi[first - 1];
+      }
+      continue;
+    }
     take_boxes(&b, a, first);
     size_t last = SIZE_MAX;
     for (unsigned l = first; l < first + ZS_WIDTH; l++) {
