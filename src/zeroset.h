@@ -166,6 +166,8 @@ ZS_API bool zs_scene_fit(zs_scene *scene, const char *path, const zs_control *co
 
 /* ---- Fields ----------------------------------------------------------- */
 
+/* One more owner of a field, which is returned; freed with its last one.  Only
+ * unref takes NULL.  Both may be called by any thread. */
 ZS_API zs_field *zs_field_ref(zs_field *field);
 ZS_API void zs_field_unref(zs_field *field);
 
@@ -403,7 +405,7 @@ ZS_API void zs_render_options_init(zs_render_options *options);
 ZS_API bool zs_view_named(zs_view *view, const char *name, zs_diag *diag);
 
 /* Ray-cast the part of the solid inside a box.  A cut by the box is shaded as
- * a flat face. */
+ * a flat face.  `options` may be NULL. */
 ZS_API bool zs_render(zs_field *field, const double lo[3], const double hi[3],
                       const zs_render_options *options, zs_image *image, const zs_control *control,
                       zs_job_report *report, zs_diag *diag);

@@ -292,6 +292,10 @@ bool zs_volume_open(zs_volume_writer *writer, const char *path, const zs_grid *g
                     zs_sample_type type, const char *name, zs_diag *diag)
 {
   *writer = (zs_volume_writer){.type = type};
+  if ((unsigned)type > ZS_SAMPLE_F64)
+    return zs_fail(diag, ZS_ERROR_ARGUMENT, path,
+                   "the type of samples is %d; expected U8 (0), I16 (1), F32 (2) or F64 (3)",
+                   (int)type);
   if (!zs_volume_format_of(path, &writer->format, diag))
     return false;
   if (writer->format == ZS_VOLUME_MHD)

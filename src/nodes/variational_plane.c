@@ -1,6 +1,7 @@
 /* Parts of <variational> that lie in a plane: contours and pictures. */
 #include "nodes/variational.h"
 
+#include "base/names.h"
 #include "files/svg.h"
 #include "nodes/outlined.h"
 #include "rbf/contour.h"
@@ -145,12 +146,6 @@ static zs_rbf_plane plane_of(const struct plane *p, double unit)
   return plane;
 }
 
-static bool has_ending(const char *path, const char *ending)
-{
-  const size_t length = strlen(path), n = strlen(ending);
-  return length >= n && strcmp(path + length - n, ending) == 0;
-}
-
 /* The boundary of what an SVG file fills. */
 static bool read_svg(zs_rings *rings, const zs_node *part, const char *path, zs_diag *diag)
 {
@@ -176,8 +171,8 @@ static bool read_contour(zs_rings *rings, const zs_node *part, zs_diag *diag)
   const struct contour *p = part->parameters;
   if (!p->src)
     return zs_rings_make(rings, p->points.values, p->points.count / 2, diag);
-  return has_ending(p->src, ".svg") ? read_svg(rings, part, p->src, diag)
-                                    : zs_rings_read(rings, p->src, diag);
+  return zs_name_ends_in(p->src, ".svg") ? read_svg(rings, part, p->src, diag)
+                                         : zs_rings_read(rings, p->src, diag);
 }
 
 bool zs_variational_add_contour(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)

@@ -57,3 +57,10 @@ uint64_t zs_count_odd(const uint8_t *bytes, size_t n)
     count += *bytes & 1;
   return count;
 }
+
+bool zs_quantity_check(zs_quantity quantity, zs_diag *diag)
+{
+  return quantity == ZS_QUANTITY_VALUE || quantity == ZS_QUANTITY_INSIDE ||
+         zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
+                 "the quantity is %d; expected VALUE (0) or INSIDE (1)", (int)quantity);
+}

@@ -17,6 +17,9 @@ uint64_t zs_counters_sum(const zs_counter *counters, unsigned threads);
  * `what` says what for ("a layer of samples"). */
 bool zs_memory_check(const zs_control *control, uint64_t bytes, const char *what, zs_diag *diag);
 
+/* Whether a number is that of a quantity; reports when not. */
+bool zs_quantity_check(zs_quantity quantity, zs_diag *diag);
+
 /* How many of n bytes are odd. */
 uint64_t zs_count_odd(const uint8_t *bytes, size_t n);
 

@@ -370,11 +370,25 @@ static bool set_camera(renderer *r, zs_field *field, const zs_box *box,
   return set;
 }
 
+static bool mode_check(zs_render_mode mode, zs_diag *diag)
+{
+  return mode == ZS_RENDER_SHADED || mode == ZS_RENDER_NORMALS || mode == ZS_RENDER_DEPTH ||
+         zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
+                 "the mode is %d; expected SHADED (0), NORMALS (1) or DEPTH (2)", (int)mode);
+}
+
 bool zs_render(zs_field *field, const double lo[3], const double hi[3],
                const zs_render_options *options, zs_image *image, const zs_control *control,
                zs_job_report *report, zs_diag *diag)
 {
   *image = (zs_image){0};
+  zs_render_options initial;
+  if (!options) {
+    zs_render_options_init(&initial);
+    options = &initial;
+  }
+  if (!mode_check(options->mode, diag))
+    return false;
   renderer r = {.mode = options->mode, .control = control};
   zs_box box;
   memcpy(box.lo, lo, sizeof box.lo);

@@ -153,7 +153,8 @@ bool zs_slice_options_check(const double lo[3], const double hi[3],
   if (options->axis < 0 || options->axis > 2)
     return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL, "the axis is %d; expected 0, 1 or 2",
                    options->axis);
-  if (!zs_image_size_check(options->width, options->height, diag) || !zs_box_check(lo, hi, diag))
+  if (!zs_image_size_check(options->width, options->height, diag) ||
+      !zs_quantity_check(options->quantity, diag) || !zs_box_check(lo, hi, diag))
     return false;
   const int axis = options->axis;
   if (!(options->at >= lo[axis] && options->at <= hi[axis]))

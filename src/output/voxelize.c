@@ -190,7 +190,7 @@ static bool run_slabs(job *j, slab *s, uint32_t layers, zs_diag *diag)
 
 static bool run(job *j, const zs_grid *grid, zs_quantity quantity, zs_diag *diag)
 {
-  if (!zs_grid_check(grid, diag))
+  if (!zs_grid_check(grid, diag) || !zs_quantity_check(quantity, diag))
     return false;
   const uint64_t sample = quantity == ZS_QUANTITY_INSIDE ? 1 : sizeof(float);
   const uint64_t layer_bytes = sample * grid->count[0] * grid->count[1];
@@ -264,7 +264,7 @@ bool zs_voxelize_file(zs_field *field, const zs_grid *grid, zs_quantity quantity
   if (quantity == ZS_QUANTITY_VALUE && type != ZS_SAMPLE_F32 && type != ZS_SAMPLE_F64)
     return zs_fail(diag, ZS_ERROR_ARGUMENT, path,
                    "values do not fit in integer samples; expected the type f32 or f64");
-  if (!zs_grid_check(grid, diag))
+  if (!zs_grid_check(grid, diag) || !zs_quantity_check(quantity, diag))
     return false;
   file_sink sink = {.grid = grid, .quantity = quantity};
   const char *name = quantity == ZS_QUANTITY_INSIDE ? "inside" : "f";

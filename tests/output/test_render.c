@@ -325,6 +325,24 @@ static void test_nothing(void **state)
   zs_image_clear(&image);
 }
 
+/* Without options it is what the initial ones say. */
+static void test_no_options(void **state)
+{
+  (void)state;
+  zs_field *field = formula_field(ball);
+  assert_non_null(field);
+  zs_render_options options;
+  zs_render_options_init(&options);
+  zs_image image, same;
+  assert_true(zs_render(field, lo, hi, NULL, &image, NULL, NULL, NULL));
+  assert_true(zs_render(field, lo, hi, &options, &same, NULL, NULL, NULL));
+  assert_int_equal(image.width, same.width);
+  assert_memory_equal(image.pixels, same.pixels, (size_t)3 * same.width * same.height);
+  zs_image_clear(&image);
+  zs_image_clear(&same);
+  zs_field_unref(field);
+}
+
 /* ---- Shortcuts -------------------------------------------------------------------------- */
 
 static const char solid[] =
@@ -427,6 +445,12 @@ static void test_bad(void **state)
   bad.view.direction[1] = NAN;
   assert_refused(&bad, NULL, ZS_ERROR_ARGUMENT);
   bad = good;
+  bad.view.up[0] = NAN;
+  assert_refused(&bad, NULL, ZS_ERROR_ARGUMENT);
+  bad = good;
+  bad.mode = (zs_render_mode)3;
+  assert_refused(&bad, NULL, ZS_ERROR_ARGUMENT);
+  bad = good;
   bad.view.has_eye = true; /* at its target */
   assert_refused(&bad, NULL, ZS_ERROR_ARGUMENT);
   bad = good;
@@ -513,8 +537,9 @@ int main(void)
     cmocka_unit_test(test_ball_shaded),   cmocka_unit_test(test_views),
     cmocka_unit_test(test_framing),       cmocka_unit_test(test_cuts),
     cmocka_unit_test(test_eye_inside),    cmocka_unit_test(test_thin_sheets),
-    cmocka_unit_test(test_nothing),       cmocka_unit_test(test_shortcuts),
-    cmocka_unit_test(test_bad),           cmocka_unit_test(test_up_along_view),
-    cmocka_unit_test(test_cancel),        cmocka_unit_test(test_unknown_view)};
+    cmocka_unit_test(test_nothing),       cmocka_unit_test(test_no_options),
+    cmocka_unit_test(test_shortcuts),     cmocka_unit_test(test_bad),
+    cmocka_unit_test(test_up_along_view), cmocka_unit_test(test_cancel),
+    cmocka_unit_test(test_unknown_view)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

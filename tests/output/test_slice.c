@@ -157,8 +157,8 @@ static void test_bad(void **state)
   assert_non_null(field);
   zs_slice_options good;
   zs_slice_options_init(&good);
-  zs_slice_options bad[8];
-  for (int i = 0; i < 8; i++)
+  zs_slice_options bad[9];
+  for (int i = 0; i < 9; i++)
     bad[i] = good;
   bad[0].width = 0;
   bad[1].height = 0;
@@ -168,7 +168,8 @@ static void test_bad(void **state)
   bad[5].at = 3.5; /* misses the box */
   bad[6].at = NAN;
   bad[7].at = -INFINITY;
-  for (int i = 0; i < 8; i++) {
+  bad[8].quantity = (zs_quantity)2;
+  for (int i = 0; i < 9; i++) {
     zs_image image;
     zs_diag diag = {0};
     assert_false(zs_slice(field, lo, hi, &bad[i], &image, NULL, NULL, NULL, &diag));

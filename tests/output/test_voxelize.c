@@ -319,6 +319,8 @@ static void test_bad_files(void **state)
                {"e.vti", ZS_QUANTITY_VALUE, ZS_SAMPLE_I16, ZS_ERROR_ARGUMENT},
                {"e.stl", ZS_QUANTITY_VALUE, ZS_SAMPLE_F32, ZS_ERROR_ARGUMENT},
                {"e", ZS_QUANTITY_INSIDE, ZS_SAMPLE_U8, ZS_ERROR_ARGUMENT},
+               {"e.vti", ZS_QUANTITY_INSIDE, (zs_sample_type)4, ZS_ERROR_ARGUMENT},
+               {"e.vti", (zs_quantity)2, ZS_SAMPLE_U8, ZS_ERROR_ARGUMENT},
                {"no/folder/e.vti", ZS_QUANTITY_INSIDE, ZS_SAMPLE_U8, ZS_ERROR_IO},
                {"no/folder/e.mhd", ZS_QUANTITY_INSIDE, ZS_SAMPLE_U8, ZS_ERROR_IO}};
   zs_field *field = formula_field(part);
