@@ -75,8 +75,6 @@ static bool set_axes(zs_camera *camera, const zs_view *view, zs_diag *diag)
     return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL,
                    view->has_eye ? "the view's eye and target are the same point, or not finite"
                                  : "the view's direction is zero, or not finite");
-  if (!isfinite(view->up[0]) || !isfinite(view->up[1]) || !isfinite(view->up[2]))
-    return zs_fail(diag, ZS_ERROR_ARGUMENT, NULL, "the view's upward direction is not finite");
   const double ups[3][3] = {{view->up[0], view->up[1], view->up[2]}, {0, 1, 0}, {1, 0, 0}};
   for (int i = 0; i < 3; i++) {
     double along[3] = {ups[i][0], ups[i][1], ups[i][2]};

@@ -16,7 +16,7 @@ static const double TOLERANCE = 1e-6, USELESS = 1e-4;
 
 /* A smaller fit is done directly, which takes less time; a larger one that
  * cannot be met by iterations is tried directly up to so many constraints. */
-enum { DIRECT = 1500, DIRECT_AT_MOST = 20000 };
+enum { DIRECT = 700, DIRECT_AT_MOST = 20000 };
 
 /* So few constraints are done by one thread before others are awake. */
 enum { ONE_THREAD = 300 };
