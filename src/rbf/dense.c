@@ -1,6 +1,7 @@
 #include "rbf/dense.h"
 
 #include "rbf/local.h"
+#include "rbf/long_vector.h"
 
 #include <lapacke.h>
 #include <math.h>
@@ -75,23 +76,6 @@ zs_dense_result zs_dense_least(size_t rows, size_t columns, size_t sides, double
 
 /* ---- The orthogonal factor ------------------------------------------------------------------ */
 
-static double dot(const double *a, const double *b, size_t n)
-{
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (size_t i = 0; i < n; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
-
-/* to += factor from */
-static void add(double *to, const double *from, double factor, size_t n)
-{
-#pragma omp simd
-  for (size_t i = 0; i < n; i++)
-    to[i] += factor * from[i];
-}
-
 /* Reflectors of an orthogonal Q whose leading columns span P. */
 static zs_dense_result decompose_polynomials(zs_dense *dense, size_t n, size_t terms,
                                              const double *p)
@@ -132,10 +116,10 @@ static void apply(const zs_dense *dense, bool transposed, double *vector)
   const double *v = dense->span.basis;
   double along[ZS_DENSE_MAXIMUM_TERMS] = {0}, c[ZS_DENSE_MAXIMUM_TERMS];
   for (size_t k = 0; k < rank; k++)
-    along[k] = dot(v + k * n, vector, n);
+    along[k] = zs_long_dot(n, v + k * n, vector);
   apply_triangle(dense, transposed, along, c);
   for (size_t k = 0; k < rank; k++)
-    add(vector, v + k * n, -c[k], n);
+    zs_long_add(n, -c[k], v + k * n, vector);
 }
 
 /* Find W = Y T - V (T^T S T) / 2 with Y = A V, S = V^T Y, for which
@@ -149,19 +133,19 @@ static void find_update(const zs_dense *dense, double *y, double *w)
   memset(y, 0, n * rank * sizeof *y);
   for (size_t j = 0; j < n; j++)
     for (size_t k = 0; k < rank; k++)
-      add(y + k * n, dense->a + j * n, v[k * n + j], n);
+      zs_long_add(n, v[k * n + j], dense->a + j * n, y + k * n);
   for (size_t k = 0; k < rank; k++)
     for (size_t i = 0; i < rank; i++)
-      s[i][k] = dot(v + i * n, y + k * n, n);
+      s[i][k] = zs_long_dot(n, v + i * n, y + k * n);
   memset(w, 0, n * rank * sizeof *w);
   for (size_t k = 0; k < rank; k++) {
     for (size_t i = 0; i < rank; i++) {
-      column[i] = dot(s[i], t + k * rank, rank);
-      add(w + k * n, y + i * n, t[k * rank + i], n);
+      column[i] = zs_long_dot(rank, s[i], t + k * rank);
+      zs_long_add(n, t[k * rank + i], y + i * n, w + k * n);
     }
     apply_triangle(dense, true, column, both);
     for (size_t i = 0; i < rank; i++)
-      add(w + k * n, v + i * n, -both[i] / 2, n);
+      zs_long_add(n, -both[i] / 2, v + i * n, w + k * n);
   }
 }
 
@@ -177,8 +161,8 @@ static bool transform(zs_dense *dense)
   for (size_t j = 0; j < n; j++)
     for (size_t k = 0; k < rank; k++) {
       double *column = dense->a + j * n + j;
-      add(column, w + k * n + j, -v[k * n + j], n - j);
-      add(column, v + k * n + j, -w[k * n + j], n - j);
+      zs_long_add(n - j, -v[k * n + j], w + k * n + j, column);
+      zs_long_add(n - j, -w[k * n + j], v + k * n + j, column);
     }
   free(y);
   return true;
@@ -213,10 +197,10 @@ static void solve_triangles(const zs_dense *dense, double *x)
   const double *l = dense->a + rank * n + rank;
   for (size_t j = 0; j < rest; j++) {
     x[j] /= l[j * n + j];
-    add(x + j + 1, l + j * n + j + 1, -x[j], rest - j - 1);
+    zs_long_add(rest - j - 1, -x[j], l + j * n + j + 1, x + j + 1);
   }
   for (size_t j = rest; j-- > 0;)
-    x[j] = (x[j] - dot(l + j * n + j + 1, x + j + 1, rest - j - 1)) / l[j * n + j];
+    x[j] = (x[j] - zs_long_dot(rest - j - 1, l + j * n + j + 1, x + j + 1)) / l[j * n + j];
 }
 
 zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d, double *c)
@@ -233,7 +217,7 @@ zs_dense_result zs_dense_solve(const zs_dense *dense, const double *h, double *d
     solve_triangles(dense, d + rank);
   /* Q1^T (h - A d), through the block below the leading one. */
   for (size_t k = 0; k < rank; k++) {
-    q[k] -= dot(dense->a + k * n + rank, d + rank, n - rank);
+    q[k] -= zs_long_dot(n - rank, dense->a + k * n + rank, d + rank);
     q[k] *= dense->sign[k];
   }
   zs_span_coefficients(&dense->span, q, c);

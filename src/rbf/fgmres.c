@@ -1,5 +1,7 @@
 #include "rbf/fgmres.h"
 
+#include "rbf/long_vector.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -24,21 +26,6 @@ double zs_fgmres_bytes(size_t n)
   return (2.0 * STEPS + 1) * (double)n * sizeof(double);
 }
 
-static double dot(size_t n, const double *a, const double *b)
-{
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (size_t i = 0; i < n; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
-
-static void add(size_t n, double factor, const double *a, double *b)
-{
-  for (size_t i = 0; i < n; i++)
-    b[i] += factor * a[i];
-}
-
 /* Make w orthogonal to the first vectors of the basis, twice for the sake of
  * rounding, and note its parts. */
 static void orthogonalise(const solver *s, unsigned vectors, double *w, double *parts)
@@ -48,8 +35,8 @@ static void orthogonalise(const solver *s, unsigned vectors, double *w, double *
     parts[i] = 0;
   for (int pass = 0; pass < 2; pass++)
     for (unsigned i = 0; i < vectors; i++) {
-      const double *v = s->basis + i * n, part = dot(n, v, w);
-      add(n, -part, v, w);
+      const double *v = s->basis + i * n, part = zs_long_dot(n, v, w);
+      zs_long_add(n, -part, v, w);
       parts[i] += part;
     }
 }
@@ -81,7 +68,7 @@ static void combine(const solver *s, unsigned steps, double *x)
     y[i] /= s->triangle[i][i];
   }
   for (unsigned i = 0; i < steps; i++)
-    add(s->problem->n, y[i], s->steps + i * s->problem->n, x);
+    zs_long_add(s->problem->n, y[i], s->steps + i * s->problem->n, x);
 }
 
 /* One step; false when a callback stops it. */
@@ -93,7 +80,7 @@ static bool advance(solver *s, unsigned step)
   if (!p->precondition(p->context, s->basis + step * p->n, z) || !p->multiply(p->context, z, w))
     return false;
   orthogonalise(s, step + 1, w, parts);
-  const double below = sqrt(dot(p->n, w, w));
+  const double below = sqrt(zs_long_dot(p->n, w, w));
   for (size_t i = 0; below > 0 && i < p->n; i++)
     w[i] /= below;
   rotate(s, step, parts, below);
@@ -104,7 +91,7 @@ static zs_fgmres_result iterate(solver *s, const double *b, double norm, double 
 {
   const size_t n = s->problem->n;
   double history[STEPS + 1];
-  history[0] = s->right[0] = sqrt(dot(n, b, b));
+  history[0] = s->right[0] = sqrt(zs_long_dot(n, b, b));
   if (s->right[0] <= norm)
     return ZS_FGMRES_DONE;
   for (size_t i = 0; i < n; i++)

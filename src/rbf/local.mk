@@ -35,6 +35,7 @@ zs_sources += \
   src/rbf/kernel.h \
   src/rbf/local.c \
   src/rbf/local.h \
+  src/rbf/long_vector.h \
   src/rbf/nearest.c \
   src/rbf/nearest.h \
   src/rbf/nodes.c \
