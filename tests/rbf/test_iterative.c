@@ -108,34 +108,63 @@ static void smoothing_is_the_direct_one(void **state)
   free(c);
 }
 
+/* Many points, with values. */
+typedef struct crowd {
+  size_t count;
+  double *positions, *values;
+} crowd;
+
+/* In a cube or on a sphere. */
+static crowd random_crowd(size_t count, bool sphere)
+{
+  crowd c = {count, malloc(3 * count * sizeof(double)), malloc(count * sizeof(double))};
+  assert_non_null(c.positions);
+  assert_non_null(c.values);
+  uint64_t seed = 19;
+  for (size_t i = 0; i < count; i++) {
+    double *at = c.positions + 3 * i, square = 0;
+    for (size_t k = 0; k < 3; k++) {
+      at[k] = random_between(&seed, -1, 1);
+      square += at[k] * at[k];
+    }
+    for (size_t k = 0; sphere && k < 3; k++)
+      at[k] /= sqrt(square);
+    c.values[i] = smooth(3, at);
+  }
+  return c;
+}
+
+static void clear_crowd(crowd *c)
+{
+  free(c->positions);
+  free(c->values);
+}
+
+/* Every so many constraints are as near as the residual says. */
+static void assert_met(const zs_rbf *rbf, const crowd *c, size_t every)
+{
+  for (size_t i = 0; i < c->count; i += every)
+    assert_true(fabs(zs_rbf_value(rbf, c->positions + 3 * i) - c->values[i]) <=
+                rbf->residual + 1e-9);
+}
+
 /* So many that products take clusters together. */
 static void large_fits_meet_their_constraints(void **state)
 {
   (void)state;
   enum { MANY = 13000 };
-  double *positions = malloc(MANY * 3 * sizeof *positions), *values = malloc(MANY * sizeof *values);
-  assert_non_null(positions);
-  assert_non_null(values);
-  uint64_t seed = 19;
-  for (size_t i = 0; i < MANY; i++) {
-    for (size_t k = 0; k < 3; k++)
-      positions[3 * i + k] = random_between(&seed, -1, 1);
-    values[i] = smooth(3, positions + 3 * i);
-  }
+  crowd c = random_crowd(MANY, false);
   const zs_rbf_problem problem = {.dimension = 3, .kernel = ZS_RBF_R, .count = MANY,
-                                  .positions = positions, .values = values};
+                                  .positions = c.positions, .values = c.values};
   zs_diag diag = {0};
   zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, &diag);
   assert_non_null(rbf);
   assert_string_equal(rbf->method, "iterative");
   assert_int_equal(diag.warnings, 0);
-  for (size_t i = 0; i < MANY; i += 97)
-    assert_true(fabs(zs_rbf_value(rbf, positions + 3 * i) - values[i]) <=
-                rbf->residual + 1e-9);
+  assert_met(rbf, &c, 97);
   assert_true(rbf->residual < 4e-6);
   zs_rbf_free(rbf);
-  free(positions);
-  free(values);
+  clear_crowd(&c);
 }
 
 /* Counts the steps after the preconditioner is there. */
@@ -153,36 +182,21 @@ static void levels_in_the_middle_serve(void **state)
 {
   (void)state;
   enum { MANY = 53000 };
-  double *positions = malloc(MANY * 3 * sizeof *positions), *values = malloc(MANY * sizeof *values);
-  assert_non_null(positions);
-  assert_non_null(values);
-  uint64_t seed = 19;
-  for (size_t i = 0; i < MANY; i++) {
-    double *at = positions + 3 * i, square = 0;
-    for (size_t k = 0; k < 3; k++) {
-      at[k] = random_between(&seed, -1, 1);
-      square += at[k] * at[k];
-    }
-    for (size_t k = 0; k < 3; k++)
-      at[k] /= sqrt(square);
-    values[i] = smooth(3, at);
-  }
+  crowd c = random_crowd(MANY, true);
   unsigned steps = 0;
   zs_control control;
   memset(&control, 0, sizeof control);
   control.progress = count_step;
   control.context = &steps;
   zs_rbf *rbf = zs_rbf_fit(&(zs_rbf_problem){.dimension = 3, .kernel = ZS_RBF_R, .count = MANY,
-                                             .positions = positions, .values = values,
+                                             .positions = c.positions, .values = c.values,
                                              .tolerance = 1e-4},
                            &control, NULL, NULL);
   assert_non_null(rbf);
   assert_true(steps <= 10);
-  for (size_t i = 0; i < MANY; i += 997)
-    assert_true(fabs(zs_rbf_value(rbf, positions + 3 * i) - values[i]) <= rbf->residual + 1e-9);
+  assert_met(rbf, &c, 997);
   zs_rbf_free(rbf);
-  free(positions);
-  free(values);
+  clear_crowd(&c);
 }
 
 /* ---- Invariance ----------------------------------------------------------------------- */
