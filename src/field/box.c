@@ -21,8 +21,12 @@ typedef struct search {
   zs_eval *eval;
   zs_arena arena; /* regional programs */
   unsigned budget;
-  double found_lo[3], found_hi[3]; /* what tightening could not prove empty */
   unsigned axes; /* one bit each: those along which there are bounds to be found */
+  /* Tightening: a box around the parts that could not be proven empty, and one outside of
+   * which all are; the side of them that is being looked for. */
+  double found_lo[3], found_hi[3], left_lo[3], left_hi[3];
+  unsigned axis;
+  bool upper;
 } search;
 
 static bool is_searched(const search *s, unsigned axis)
@@ -64,17 +68,33 @@ static void split(const search *s, const double lo[3], const double hi[3], const
     }
 }
 
-/* Whether a box lies in what is found already, so that it cannot extend it. */
-static bool is_found(const search *s, const double lo[3], const double hi[3])
+/* Whether a part may move the side that is being looked for outward. */
+static bool may_extend(const search *s, const double lo[3], const double hi[3])
 {
   for (int k = 0; k < 3; k++)
-    if (lo[k] < s->found_lo[k] || hi[k] > s->found_hi[k])
+    if (hi[k] <= s->left_lo[k] || lo[k] >= s->left_hi[k])
       return false;
-  return true;
+  return s->upper ? hi[s->axis] > s->found_hi[s->axis] : lo[s->axis] < s->found_lo[s->axis];
 }
 
-/* Extend what is found by the parts of a box, halved `depth` times more of TIGHTEN_DEPTH, over
- * which f < 0 cannot be proven. */
+/* Indices of parts, those nearest the side that is being looked for first. */
+static void sort(const search *s, const parts *p, unsigned order[ZS_LANES])
+{
+  for (unsigned i = 0; i < p->count; i++) {
+    const double at = s->upper ? -p->lo[i][s->axis] : p->lo[i][s->axis];
+    unsigned n = i;
+    for (; n > 0; n--) {
+      const double before = p->lo[order[n - 1]][s->axis];
+      if ((s->upper ? -before : before) <= at)
+        break;
+      order[n] = order[n - 1];
+    }
+    order[n] = i;
+  }
+}
+
+/* Extend what is found by the outermost parts of a box, halved `depth` times more of
+ * TIGHTEN_DEPTH, over which f < 0 cannot be proven. */
 static void collect(search *s, const zs_program *program, const double lo[3], const double hi[3],
                     int depth)
 {
@@ -82,20 +102,22 @@ static void collect(search *s, const zs_program *program, const double lo[3], co
   parts p;
   zs_boxes boxes;
   zs_bounds f;
+  unsigned order[ZS_LANES], left = 0;
   const double middle[3] = {(lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (lo[2] + hi[2]) / 2};
   zs_frame frame = zs_frame_at(middle);
   const int times = depth % TIMES ? depth % TIMES : TIMES, rest = depth - times;
   split(s, lo, hi, middle, times, (TIGHTEN_DEPTH - depth) % 3, &p, &boxes);
   zs_program_bounds(s->eval, program, &frame, &boxes, &f);
-  unsigned left = 0;
   for (unsigned i = 0; i < p.count; i++)
-    left |= (unsigned)!(f.hi[i] < 0) << i;
+    left |= (unsigned)(!(f.hi[i] < 0) && may_extend(s, p.lo[i], p.hi[i])) << i;
   const zs_program *programs[ZS_LANES] = {NULL};
   zs_arena_mark mark = zs_arena_mark_here(&s->arena);
   if (rest > 0)
     zs_program_restrict_lanes(s->eval, program, left, ZS_REQUEST_SIGN, &s->arena, programs);
-  for (unsigned i = 0; i < p.count; i++) {
-    if (!(left >> i & 1) || is_found(s, p.lo[i], p.hi[i]))
+  sort(s, &p, order);
+  for (unsigned n = 0; n < p.count; n++) {
+    const unsigned i = order[n];
+    if (!(left >> i & 1) || !may_extend(s, p.lo[i], p.hi[i]))
       continue;
     if (rest > 0) {
       collect(s, programs[i], p.lo[i], p.hi[i], rest);
@@ -280,18 +302,30 @@ static double find_cube(search *s)
   return ldexp(1, proven);
 }
 
-/* Shrink a box to what parts of it cannot prove empty.  False when all of it is
- * empty. */
+/* Shrink a box to what parts of it cannot prove empty, one side after the other.  False when
+ * all of it is empty. */
 static bool tighten(search *s, double lo[3], double hi[3])
 {
   for (int pass = 0; pass < TIGHTEN_PASSES; pass++) {
+    memcpy(s->left_lo, lo, sizeof s->left_lo);
+    memcpy(s->left_hi, hi, sizeof s->left_hi);
     for (int k = 0; k < 3; k++) {
       s->found_lo[k] = INFINITY;
       s->found_hi[k] = -INFINITY;
     }
-    collect(s, zs_field_program(zs_eval_field(s->eval)), lo, hi, TIGHTEN_DEPTH);
-    if (s->found_lo[0] > s->found_hi[0])
-      return false;
+    for (unsigned side = 0; side < 6; side++) {
+      s->axis = side / 2;
+      s->upper = side % 2;
+      if (!is_searched(s, s->axis))
+        continue;
+      collect(s, zs_field_program(zs_eval_field(s->eval)), lo, hi, TIGHTEN_DEPTH);
+      if (s->found_lo[0] > s->found_hi[0])
+        return false;
+      if (s->upper)
+        s->left_hi[s->axis] = s->found_hi[s->axis];
+      else
+        s->left_lo[s->axis] = s->found_lo[s->axis];
+    }
     memcpy(lo, s->found_lo, sizeof s->found_lo);
     memcpy(hi, s->found_hi, sizeof s->found_hi);
   }

@@ -121,6 +121,6 @@ const void *zs_flow_restricted(const void *data, const float lo[], const float h
                                zs_arena *arena);
 
 ZS_DECLARE_KERNELS(zs_flow_kernels)
-ZS_DECLARE_KERNELS(zs_flow_local_kernels) /* values of parts for a box */
+ZS_DECLARE_KERNELS(zs_flow_local_kernels) /* values and bounds of parts for a box */
 
 #endif

@@ -2,11 +2,46 @@
  *
  * Where points have the same s, as rows of a grid do, the weights are found once; elsewhere,
  * as along rays, for as many points at a time as a vector has room for. */
-#include "rbf/flow.h"
 #include "rbf/phi.h"
 
 #include <math.h>
 #include <string.h>
+
+typedef zs_vector zs_real;
+typedef double zs_real_number;
+
+static inline ZS_ALWAYS zs_vector zs_real_chosen(zs_integers mask, zs_vector yes, zs_vector no)
+{
+  return (zs_vector)(((zs_integers)yes & mask) | ((zs_integers)no & ~mask));
+}
+
+static inline ZS_ALWAYS zs_vector zs_real_larger(zs_vector a, zs_vector b)
+{
+  return zs_real_chosen(a > b, a, b);
+}
+
+static inline ZS_ALWAYS zs_vector zs_real_absolute(zs_vector a)
+{
+  return (zs_vector)((zs_integers)a & INT64_MAX);
+}
+
+static inline ZS_ALWAYS zs_vector zs_real_root(zs_vector a)
+{
+  return zs_vector_root(a);
+}
+
+/* The exponent and the mantissa as they stand. */
+static inline ZS_ALWAYS zs_vector zs_real_rough_logarithm(zs_vector a)
+{
+  const zs_integers magic = (zs_integers){0} + INT64_C(0x4338000000000000); /* 1.5 * 2^52 */
+  const zs_integers one = (zs_integers){0} + INT64_C(0x3ff0000000000000);
+  const zs_integers exponent = ((zs_integers)a - one) >> 52;
+  const zs_vector whole = (zs_vector)(exponent + magic) - (zs_vector)magic;
+  const zs_vector mantissa = (zs_vector)((zs_integers)a - (exponent << 52)) - 1;
+  return (whole + mantissa) * 0.6931471805599453;
+}
+
+#include "rbf/flow_terms.h"
 
 /* Points with the same s, or with s in the same interval, and room for what is added up at
  * them. */
@@ -124,11 +159,6 @@ static void add_moving(run *r, const zs_flow *flow, int component, size_t interv
   }
 }
 
-/* One centre: its weight and how far points are from it, with their derivatives by s. */
-typedef struct centre {
-  zs_vector weight, weight_slope, x, x_slope, y, y_slope;
-} centre;
-
 static inline ZS_ALWAYS centre centre_at(const series *p, size_t j, zs_vector x, zs_vector y)
 {
   const int weights = p->flow->used[0], places = p->flow->used[1];
@@ -139,11 +169,6 @@ static inline ZS_ALWAYS centre centre_at(const series *p, size_t j, zs_vector x,
   return c;
 }
 
-/* f and its derivatives by x, y and s. */
-typedef struct tangent {
-  zs_vector f, x, y, s;
-} tangent;
-
 static inline ZS_ALWAYS tangent polynomial_at(const series *p, zs_vector x, zs_vector y)
 {
   const int weights = p->flow->used[0];
@@ -151,17 +176,6 @@ static inline ZS_ALWAYS tangent polynomial_at(const series *p, zs_vector x, zs_v
   for (int k = 0; k < 3; k++)
     c[k] = channel(p, p->polynomial + k, weights, &slope[k]);
   return (tangent){c[0] + c[1] * x + c[2] * y, c[1], c[2], slope[0] + slope[1] * x + slope[2] * y};
-}
-
-/* `phi`, and its derivative by r over r, at a centre. */
-static inline ZS_ALWAYS void add_centre(tangent *t, const centre *c, zs_vector phi,
-                                        zs_vector slope)
-{
-  const zs_vector steep = c->weight * slope;
-  t->f += c->weight * phi;
-  t->x += steep * c->x;
-  t->y += steep * c->y;
-  t->s += c->weight_slope * phi - steep * (c->x * c->x_slope + c->y * c->y_slope);
 }
 
 static void add_slopes(run *r, const zs_flow *flow, int component, size_t interval)
@@ -285,65 +299,16 @@ static void gradient(const zs_block_arguments *a)
 
 /* ---- Bounds ---------------------------------------------------------------------- */
 
-static zs_vector larger(zs_vector a, zs_vector b)
-{
-  const zs_integers more = a > b;
-  return (zs_vector)(((zs_integers)a & more) | ((zs_integers)b & ~more));
-}
-
-static zs_vector chosen(zs_integers mask, zs_vector yes, zs_vector no)
-{
-  return (zs_vector)(((zs_integers)yes & mask) | ((zs_integers)no & ~mask));
-}
-
-static zs_vector absolute(zs_vector a)
-{
-  return (zs_vector)((zs_integers)a & INT64_MAX);
-}
-
-/* What is known of r^2 log r within a distance of a place. */
-typedef struct zone {
-  zs_vector value, slope; /* the largest |r^2 log r| and |r (2 log r + 1)| */
-  zs_vector bend;         /* how far from the tangent plane */
-} zone;
-
-/* A number no more than 0.06 below the natural logarithm, and not above it: the exponent and
- * the mantissa as they stand. */
-static inline ZS_ALWAYS zs_vector rough_logarithm(zs_vector a)
-{
-  const zs_integers magic = (zs_integers){0} + INT64_C(0x4338000000000000); /* 1.5 * 2^52 */
-  const zs_integers one = (zs_integers){0} + INT64_C(0x3ff0000000000000);
-  const zs_integers exponent = ((zs_integers)a - one) >> 52;
-  const zs_vector whole = (zs_vector)(exponent + magic) - (zs_vector)magic;
-  const zs_vector mantissa = (zs_vector)((zs_integers)a - (exponent << 52)) - 1;
-  return (whole + mantissa) * 0.6931471805599453;
-}
-
-/* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
- * may pass through 0. */
-static inline ZS_ALWAYS zone zone_around(zs_vector away, zs_vector step)
-{
-  static const double VALUE_PEAK = 0.6065306597126334, SLOPE_PEAK = 0.22313016014842982;
-  static const double OFF = 0.06; /* of rough logarithms */
-  const zs_vector tiny = (zs_vector){0} + 1e-300;
-  const zs_vector far = away + step, near = away - step;
-  const zs_vector l = rough_logarithm(larger(far, tiny)), above = l + OFF;
-  const zs_vector other = rough_logarithm(larger(chosen(near > 0, near, step), tiny));
-  const zs_vector most = larger(absolute(other), absolute(l)) + OFF;
-  zone z;
-  z.value = chosen(far < VALUE_PEAK, -far * far * l,
-                   larger((zs_vector){0} + VALUE_PEAK * VALUE_PEAK / 2, far * far * above));
-  z.slope = chosen(far < SLOPE_PEAK, far * absolute(2 * l + 1),
-                   larger((zs_vector){0} + 2 * SLOPE_PEAK, far * (2 * above + 1)));
-  z.bend = step * step * chosen(near > 0, most + 1.5, most + 3.5);
-  return z;
-}
-
 /* Boxes as many as a vector has room for, and enclosures over them. */
 typedef struct boxes {
   zs_vector at[3], r[3]; /* their middles, s between 0 and 1, and half their sides */
   zs_vector lo, hi;
 } boxes;
+
+static zs_vector all(double a)
+{
+  return (zs_vector){0} + a;
+}
 
 /* The tangent at the middle, and what second derivatives can add: of the radial functions
  * as they are there, of all else the largest for any s.  For boxes whose middle is in one
@@ -360,23 +325,22 @@ static void enclose(boxes *b, const zs_flow *flow, int component, size_t interva
   const series p = series_at(flow, component, interval, place, true);
   tangent t = polynomial_at(&p, b->at[0], b->at[1]);
   zs_vector beyond = r[2] * (poly[1].first * r[0] + poly[2].first * r[1]) +
-                     half * (poly[0].second + poly[1].second * absolute(b->at[0]) +
-                             poly[2].second * absolute(b->at[1]));
+                     half * (poly[0].second + poly[1].second * zs_real_absolute(b->at[0]) +
+                             poly[2].second * zs_real_absolute(b->at[1]));
   for (size_t i = 0; i < n; i++) {
     const centre c = centre_at(&p, i, b->at[0], b->at[1]);
     const zs_vector r2 = c.x * c.x + c.y * c.y;
     zs_vector slope;
     const zs_vector phi = zs_vector_phi_and_slope(plate, r2, &slope);
     add_centre(&t, &c, phi, slope);
-    const zs_vector step_x = r[0] + px[i].first * r[2], step_y = r[1] + py[i].first * r[2];
-    const zs_vector step = zs_vector_root(step_x * step_x + step_y * step_y);
-    const zone z = zone_around(zs_vector_root(r2), step);
-    beyond += weight[i].value * (z.bend + z.slope * half * (px[i].second + py[i].second)) +
-              weight[i].first * r[2] * z.slope * step + weight[i].second * half * z.value;
+    const centre_reach reach = {
+      all(weight[i].value), all(weight[i].first), all(weight[i].second), all(px[i].first),
+      all(px[i].second),    all(py[i].first),     all(py[i].second)};
+    beyond += bend_of_term(&reach, r, r2);
   }
-  beyond += absolute(t.x) * r[0] + absolute(t.y) * r[1] + absolute(t.s) * r[2];
+  beyond += zs_real_absolute(t.x) * r[0] + zs_real_absolute(t.y) * r[1] + zs_real_absolute(t.s) * r[2];
   /* Between intervals the channels step by what they are off. */
-  beyond += 1e-6 * (1 + absolute(t.f) + beyond);
+  beyond += 1e-6 * (1 + zs_real_absolute(t.f) + beyond);
   b->lo = t.f - beyond;
   b->hi = t.f + beyond;
 }
@@ -408,6 +372,10 @@ static bool are_idle(const zs_bounds_arguments *a, unsigned first)
 static void bounds(const zs_bounds_arguments *a)
 {
   const zs_flow_part *part = a->data;
+  if (part->local) {
+    ZS_KERNELS(zs_flow_local_kernels).bounds(a);
+    return;
+  }
   boxes b;
   for (unsigned first = 0; first < ZS_LANES; first += ZS_WIDTH) {
     if (are_idle(a, first)) {

@@ -1,6 +1,23 @@
-/* Values of flows within a box, in single precision.  Compiled once per instruction set. */
+/* Values and bounds of flows within a box, in single precision.  Compiled once per instruction
+ * set. */
 #include "field/lanes.h"
-#include "rbf/flow.h"
+
+typedef zs_lanes zs_real;
+typedef float zs_real_number;
+#define zs_real_larger zs_lanes_larger
+#define zs_real_chosen zs_lanes_select
+#define zs_real_absolute zs_lanes_absolute
+#define zs_real_root zs_lanes_square_root
+
+/* The exponent and the mantissa as they stand. */
+ZS_INLINE zs_lanes zs_real_rough_logarithm(zs_lanes a)
+{
+  const zs_lanes_mask exponent = ((zs_lanes_mask)a - 0x3f800000) >> 23;
+  const zs_lanes mantissa = (zs_lanes)((zs_lanes_mask)a - (exponent << 23)) - 1;
+  return (__builtin_convertvector(exponent, zs_lanes) + mantissa) * 0.69314718f;
+}
+
+#include "rbf/flow_terms.h"
 
 enum { PARTS = ZS_LANES / ZS_WIDTH }; /* vectors that are done together */
 
@@ -72,4 +89,111 @@ static void value(const zs_block_arguments *a)
     add_all(a->data, a->in[0] + i, a->in[1] + i, a->in[2] + i, a->out + i);
 }
 
-const zs_kernels ZS_KERNELS(zs_flow_local_kernels) = {.value = value};
+/* ---- Bounds ---------------------------------------------------------------------- */
+
+/* What single precision and what polynomials leave out can add to a displacement: local parts
+ * are made where this is little. */
+static const float SLACK = 4e-6f;
+
+/* Boxes: their middles and half sides, those of s in the range of the polynomials, from -1 to
+ * 1. */
+typedef struct boxes {
+  zs_lanes at[3], r[3];
+} boxes;
+
+static boxes take_boxes(const zs_bounds_arguments *a, unsigned part)
+{
+  const zs_flow_local *local = ((const zs_flow_part *)a->data)->local;
+  const float inverse = local->half > 0 ? 1 / local->half : 0;
+  boxes b;
+  for (int k = 0; k < 3; k++) {
+    zs_intervals in = zs_intervals_load(a->in[k], part);
+    if (k == 2) {
+      in.lo = zs_lanes_clamped(in.lo, zs_lanes_all(0), zs_lanes_all(1));
+      in.hi = zs_lanes_clamped(in.hi, zs_lanes_all(0), zs_lanes_all(1));
+      in.lo = (in.lo - local->middle) * inverse;
+      in.hi = (in.hi - local->middle) * inverse;
+    }
+    b.at[k] = 0.5f * (in.lo + in.hi);
+    b.r[k] = 0.5f * (in.hi - in.lo) + 2e-7f * (zs_lanes_absolute(in.lo) + zs_lanes_absolute(in.hi));
+  }
+  return b;
+}
+
+/* A polynomial and its derivative, and the largest that it and its derivatives become from -1
+ * to 1. */
+typedef struct channel {
+  zs_lanes value, slope;
+  float most, first, second;
+} channel;
+
+ZS_INLINE channel next_channel(const float **table, int count, zs_lanes t)
+{
+  const float *c = *table;
+  channel p = {zs_lanes_all(c[count - 1]), zs_lanes_all(0), fabsf(c[0]), 0, 0};
+  *table += count;
+  for (int k = count - 2; k >= 0; k--) {
+    p.slope = zs_lanes_multiply_add(p.slope, t, p.value);
+    p.value = zs_lanes_multiply_add(p.value, t, zs_lanes_all(c[k]));
+  }
+  for (int k = 1; k < count; k++) {
+    const float size = fabsf(c[k]), times = (float)k;
+    p.most += size;
+    p.first += times * size;
+    p.second += times * (times - 1) * size;
+  }
+  return p;
+}
+
+/* The tangent of the polynomial of x and y, whose coefficients are channels; returns how far
+ * from it the polynomial gets. */
+ZS_INLINE zs_lanes plane_tangent(const float **table, int count, const boxes *b, tangent *t)
+{
+  channel c[3];
+  for (int k = 0; k < 3; k++)
+    c[k] = next_channel(table, count, b->at[2]);
+  *t = (tangent){c[0].value + c[1].value * b->at[0] + c[2].value * b->at[1], c[1].value,
+                 c[2].value, c[0].slope + c[1].slope * b->at[0] + c[2].slope * b->at[1]};
+  return b->r[2] * (c[1].first * b->r[0] + c[2].first * b->r[1]) +
+         0.5f * b->r[2] * b->r[2] *
+           (c[0].second + c[1].second * zs_lanes_absolute(b->at[0]) +
+            c[2].second * zs_lanes_absolute(b->at[1]));
+}
+
+/* Add the term of the next centre to the tangent; returns how far from it the term gets. */
+ZS_INLINE zs_lanes term_tangent(const float **table, const zs_flow_local *local, const boxes *b,
+                                tangent *t)
+{
+  const channel w = next_channel(table, local->weights, b->at[2]);
+  const channel x = next_channel(table, local->places, b->at[2]);
+  const channel y = next_channel(table, local->places, b->at[2]);
+  const centre c = {w.value,          w.slope, b->at[0] - x.value, x.slope,
+                    b->at[1] - y.value, y.slope};
+  const centre_reach reach = {
+    zs_lanes_all(w.most),    zs_lanes_all(w.first), zs_lanes_all(w.second), zs_lanes_all(x.first),
+    zs_lanes_all(x.second), zs_lanes_all(y.first), zs_lanes_all(y.second)};
+  const zs_lanes r2 = c.x * c.x + c.y * c.y, l = logarithm(r2);
+  add_centre(t, &c, 0.5f * r2 * l, l + 1);
+  return bend_of_term(&reach, b->r, r2);
+}
+
+/* Tangents at the middles of boxes, and what second derivatives can add. */
+static void bounds(const zs_bounds_arguments *a)
+{
+  const zs_flow_part *flow_part = a->data;
+  ZS_FOR_PARTS (part) {
+    const boxes b = take_boxes(a, part);
+    const float *table = flow_part->local->table;
+    tangent t;
+    zs_lanes beyond = plane_tangent(&table, flow_part->local->weights, &b, &t);
+    for (size_t i = 0; i < flow_part->flow->centres; i++)
+      beyond += term_tangent(&table, flow_part->local, &b, &t);
+    beyond += zs_lanes_absolute(t.x) * b.r[0] + zs_lanes_absolute(t.y) * b.r[1] +
+              zs_lanes_absolute(t.s) * b.r[2];
+    beyond += SLACK * (1 + zs_lanes_absolute(t.f) + beyond);
+    zs_lanes_mask known = zs_lanes_load(a->in[2]->lo + part) <= zs_lanes_load(a->in[2]->hi + part);
+    zs_intervals_store(a->out, part, zs_intervals_checked(t.f - beyond, t.f + beyond, known));
+  }
+}
+
+const zs_kernels ZS_KERNELS(zs_flow_local_kernels) = {value, NULL, bounds};

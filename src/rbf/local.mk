@@ -28,6 +28,7 @@ zs_sources += \
   src/rbf/flow.h \
   src/rbf/flow_local.c \
   src/rbf/flow_new.c \
+  src/rbf/flow_terms.h \
   src/rbf/greedy.c \
   src/rbf/greedy.h \
   src/rbf/iterative.c \

@@ -284,18 +284,15 @@ static void test_blocks(void **unused)
   unsetenv("ZEROSET_ISA");
 }
 
-/* Boxes of all sizes, sixteen together, with heights in several intervals. */
-static void check_bounds(zs_eval *eval, const zs_flow *flow, int component, uint64_t *state)
+enum { BOXES = 48 };
+
+/* f at places in boxes is where it is said to be. */
+static void check_boxes(zs_eval *eval, const zs_flow *flow, int component,
+                        const double lo[BOXES][3], const double hi[BOXES][3], uint64_t *state)
 {
-  enum { BOXES = 48, SAMPLES = 60 };
-  double lo[BOXES][3], hi[BOXES][3];
+  enum { SAMPLES = 60 };
   float f_lo[BOXES], f_hi[BOXES];
-  for (int b = 0; b < BOXES; b++)
-    for (int k = 0; k < 3; k++) {
-      lo[b][k] = random_between(state, k < 2 ? -2 : -0.1, k < 2 ? 2 : 1);
-      hi[b][k] = lo[b][k] + exp(random_between(state, -7, k < 2 ? 1 : -1));
-    }
-  zs_eval_bounds(eval, BOXES, (const double(*)[3])lo, (const double(*)[3])hi, f_lo, f_hi);
+  zs_eval_bounds(eval, BOXES, lo, hi, f_lo, f_hi);
   for (int b = 0; b < BOXES; b++)
     for (int j = 0; j < SAMPLES; j++) {
       double p[3];
@@ -307,6 +304,32 @@ static void check_bounds(zs_eval *eval, const zs_flow *flow, int component, uint
         fail_msg("%zu centres: %g at %g %g %g is not in %g .. %g", flow->centres, f, p[0], p[1],
                  p[2], (double)f_lo[b], (double)f_hi[b]);
     }
+}
+
+/* Boxes of all sizes, sixteen together, with heights in several intervals. */
+static void check_bounds(zs_eval *eval, const zs_flow *flow, int component, uint64_t *state)
+{
+  double lo[BOXES][3], hi[BOXES][3];
+  for (int b = 0; b < BOXES; b++)
+    for (int k = 0; k < 3; k++) {
+      lo[b][k] = random_between(state, k < 2 ? -2 : -0.1, k < 2 ? 2 : 1);
+      hi[b][k] = lo[b][k] + exp(random_between(state, -7, k < 2 ? 1 : -1));
+    }
+  check_boxes(eval, flow, component, (const double(*)[3])lo, (const double(*)[3])hi, state);
+}
+
+/* The same within the box that the program has been restricted to. */
+static void check_bounds_within(zs_eval *eval, const zs_flow *flow, int component,
+                                const double lo[3], const double hi[3], uint64_t *state)
+{
+  double from[BOXES][3], to[BOXES][3];
+  for (int b = 0; b < BOXES; b++)
+    for (int k = 0; k < 3; k++) {
+      from[b][k] = random_between(state, lo[k], hi[k]);
+      to[b][k] = b % 4 ? random_between(state, from[b][k], hi[k]) : hi[k];
+      from[b][k] = b % 8 ? from[b][k] : lo[k];
+    }
+  check_boxes(eval, flow, component, (const double(*)[3])from, (const double(*)[3])to, state);
 }
 
 static void test_bounds(void **unused)
@@ -341,10 +364,10 @@ static void test_bounds(void **unused)
 static void test_regions(void **unused)
 {
   (void)unused;
-  enum { BOXES = 60, SAMPLES = 48 };
+  enum { REGIONS = 60, SAMPLES = 48 };
   static const char *const isas[] = {"baseline", "avx2", "avx512"};
   static float x[SAMPLES], y[SAMPLES], z[SAMPLES], f[SAMPLES];
-  uint64_t state = 13;
+  uint64_t state = 13, boxes = 14;
   zs_arena arena = {0};
   unsigned shorter = 0, all = 0;
   for (int i = 0; i < 12; i++) {
@@ -353,7 +376,7 @@ static void test_regions(void **unused)
     zs_flow *flow = make(s, i % 4 < 2 ? ZS_FLOW_COME : ZS_FLOW_TO_GO);
     zs_eval *eval = evaluator(flow, i % 2);
     const zs_flow_part part = {.flow = flow, .component = i % 2};
-    for (int b = 0; b < BOXES; b++) {
+    for (int b = 0; b < REGIONS; b++) {
       double lo[3], hi[3];
       float low[3], high[3];
       for (int k = 0; k < 3; k++) {
@@ -379,6 +402,7 @@ static void test_regions(void **unused)
           fail_msg("%zu centres at %g %g %g: %.9g instead of %.9g", flow->centres, at[0], at[1],
                    at[2], (double)f[j], expected);
       }
+      check_bounds_within(eval, flow, i % 2, lo, hi, &boxes);
       zs_eval_release(eval);
     }
     zs_eval_free(eval);

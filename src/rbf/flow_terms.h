@@ -1,0 +1,85 @@
+/* Terms of flows at points, and how far they can be off in boxes: for flow.kernel.c in double
+ * and for flow_local.kernel.c in single precision.  These say beforehand what numbers are:
+ *
+ *   zs_real, zs_real_number     a vector, and one of its elements
+ *   zs_real_larger(a, b)
+ *   zs_real_chosen(mask, yes, no)
+ *   zs_real_absolute(a)
+ *   zs_real_root(a)
+ *   zs_real_rough_logarithm(a)  at most 0.06 below the natural logarithm of a normal number,
+ *                               and not above it */
+#ifndef ZS_RBF_FLOW_TERMS_H
+#define ZS_RBF_FLOW_TERMS_H
+
+#include "rbf/flow.h"
+
+#define ZS_TERMS __attribute__((always_inline)) static inline
+
+/* One centre: its weight and how far points are from it, with their derivatives by s. */
+typedef struct centre {
+  zs_real weight, weight_slope, x, x_slope, y, y_slope;
+} centre;
+
+/* f and its derivatives by x, y and s. */
+typedef struct tangent {
+  zs_real f, x, y, s;
+} tangent;
+
+/* `phi`, and its derivative by r over r, at a centre. */
+ZS_TERMS void add_centre(tangent *t, const centre *c, zs_real phi, zs_real slope)
+{
+  const zs_real steep = c->weight * slope;
+  t->f += c->weight * phi;
+  t->x += steep * c->x;
+  t->y += steep * c->y;
+  t->s += c->weight_slope * phi - steep * (c->x * c->x_slope + c->y * c->y_slope);
+}
+
+/* What is known of r^2 log r within a distance of a place. */
+typedef struct zone {
+  zs_real value, slope; /* the largest |r^2 log r| and |r (2 log r + 1)| */
+  zs_real bend;         /* how far from the tangent plane */
+} zone;
+
+/* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
+ * may pass through 0. */
+ZS_TERMS zone zone_around(zs_real away, zs_real step)
+{
+  static const zs_real_number VALUE_PEAK = (zs_real_number)0.6065306597126334,
+                              SLOPE_PEAK = (zs_real_number)0.22313016014842982,
+                              OFF = (zs_real_number)0.06 /* of rough logarithms */,
+                              TINY = (zs_real_number)1e-30, HALF = (zs_real_number)0.5;
+  const zs_real tiny = (zs_real){0} + TINY;
+  const zs_real far = away + step, near = away - step;
+  const zs_real l = zs_real_rough_logarithm(zs_real_larger(far, tiny)), above = l + OFF;
+  const zs_real other =
+    zs_real_rough_logarithm(zs_real_larger(zs_real_chosen(near > 0, near, step), tiny));
+  const zs_real most = zs_real_larger(zs_real_absolute(other), zs_real_absolute(l)) + OFF;
+  zone z;
+  z.value = zs_real_chosen(far < VALUE_PEAK, -far * far * l,
+                           zs_real_larger((zs_real){0} + HALF * VALUE_PEAK * VALUE_PEAK,
+                                          far * far * above));
+  z.slope = zs_real_chosen(far < SLOPE_PEAK, far * zs_real_absolute(2 * l + 1),
+                           zs_real_larger((zs_real){0} + 2 * SLOPE_PEAK, far * (2 * above + 1)));
+  z.bend = step * step * zs_real_chosen(near > 0, most + 3 * HALF, most + 7 * HALF);
+  return z;
+}
+
+/* The largest that the channels of a centre and their derivatives by s become. */
+typedef struct centre_reach {
+  zs_real weight, weight_first, weight_second, x_first, x_second, y_first, y_second;
+} centre_reach;
+
+/* How far a centre's term gets from its tangent in boxes with half sides `r`, whose middles
+ * are at the square root of `r2` from it. */
+ZS_TERMS zs_real bend_of_term(const centre_reach *reach, const zs_real r[3], zs_real r2)
+{
+  const zs_real step_x = r[0] + reach->x_first * r[2], step_y = r[1] + reach->y_first * r[2];
+  const zs_real step = zs_real_root(step_x * step_x + step_y * step_y);
+  const zs_real half = r[2] * r[2] / 2;
+  const zone z = zone_around(zs_real_root(r2), step);
+  return reach->weight * (z.bend + z.slope * half * (reach->x_second + reach->y_second)) +
+         reach->weight_first * r[2] * z.slope * step + reach->weight_second * half * z.value;
+}
+
+#endif
