@@ -69,8 +69,11 @@ const zs_kind zs_interpolate_pair = {
   .family = ZS_FAMILY_PART,
   .summary = "a point of the shape below, and the one above that it becomes",
   .doc = "x and y are in the shapes' plane: with axis=\"x\" they are y and z, with axis=\"y\" z "
-         "and x. A pair may itself move, and with it what is between the levels: while `time` goes "
-         "from 0 to 1, each of its points goes straight to the one of the same name with `-end`.",
+         "and x. Points need not be on the shapes: pairs say how the plane moves, and shapes go "
+         "along with it. A pair given twice counts once; points of different pairs cannot come "
+         "to the same place at the same height. A pair may itself move, and with it what is "
+         "between the levels: while `time` goes from 0 to 1, each of its points goes straight to "
+         "the one of the same name with `-end`.",
   .attributes = pair_attributes,
   .attribute_count = ZS_COUNT_OF(pair_attributes),
   .parameters_size = sizeof(struct pair),

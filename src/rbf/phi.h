@@ -51,8 +51,9 @@ static inline zs_vector zs_vector_exponential(zs_vector a)
   p = p * r + 0.5;
   p = p * r + 1;
   p = p * r + 1;
-  const zs_integers scaled = (zs_integers)p + ((zs_integers)shifted << 52);
-  return (zs_vector)(scaled & (a >= -708.0));
+  /* What wraps around is not kept. */
+  const zs_bits scaled = (zs_bits)p + ((zs_bits)shifted << 52);
+  return (zs_vector)((zs_integers)scaled & (a >= -708.0));
 }
 
 /* phi of s = r^2. */

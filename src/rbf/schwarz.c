@@ -11,7 +11,10 @@
 
 enum {
   INNER = 80,          /* most points of a leaf */
-  AROUND = 224,        /* points around it */
+  AROUND = 224,        /* points around it, ... */
+  AROUND_FEW = 96,     /* ... or so many, ... */
+  AROUND_PART = 8,     /* ... or one in so many of all: iterations take less than leaves when
+                          points are few */
   LAST = 4096,         /* most points of the last level */
   COARSENING = 25,     /* on each level there is one point for so many at least, ... */
   LEAST = 500,         /* ... and so many; */
@@ -350,6 +353,12 @@ static int by_distance(const void *a, const void *b)
   return (p->point > q->point) - (p->point < q->point);
 }
 
+static size_t most_around(const level *level)
+{
+  const size_t part = level->system.count / AROUND_PART;
+  return part < AROUND_FEW ? AROUND_FEW : part < AROUND ? part : AROUND;
+}
+
 /* Those outside a leaf that are nearest to the smallest clusters of the leaf,
  * measured by how far the neighbours of each one reach: so a leaf has some on
  * all sides, also where points are much denser on one side. */
@@ -357,11 +366,12 @@ static size_t find_around(const level *level, const zs_rbf_cluster *leaf, scratc
 {
   const zs_rbf_cluster *parts[INNER];
   const size_t count = zs_rbf_clusters_parts(level->clusters, leaf, parts);
+  const size_t wanted = most_around(level);
   size_t found = 0, distinct = 0;
   for (size_t i = 0; i < count; i++) {
     zs_rbf_neighbour *near = s->around + found;
     const size_t most = zs_rbf_clusters_around(level->clusters, leaf, parts[i],
-                                               2 * AROUND / count + 1, near);
+                                               2 * wanted / count + 1, near);
     double farthest = 0;
     for (size_t j = 0; j < most; j++)
       farthest = fmax(farthest, near[j].square);
@@ -374,7 +384,7 @@ static size_t find_around(const level *level, const zs_rbf_cluster *leaf, scratc
     if (i == 0 || s->around[i].point != s->around[i - 1].point)
       s->around[distinct++] = s->around[i];
   qsort(s->around, distinct, sizeof *s->around, by_distance);
-  return distinct < AROUND ? distinct : AROUND;
+  return distinct < wanted ? distinct : wanted;
 }
 
 static zs_rbf_result make_leaf(const level *level, const zs_rbf_cluster *cluster,

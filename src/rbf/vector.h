@@ -29,6 +29,7 @@ enum { ZS_WIDTH = 2 };
 
 typedef double zs_vector __attribute__((vector_size(ZS_WIDTH * sizeof(double))));
 typedef int64_t zs_integers __attribute__((vector_size(ZS_WIDTH * sizeof(int64_t))));
+typedef uint64_t zs_bits __attribute__((vector_size(ZS_WIDTH * sizeof(uint64_t))));
 
 #if defined __AVX512F__
 /* Square roots of 0 and of positive normal numbers, to the last bit or so: the
