@@ -29,8 +29,9 @@ typedef enum zs_join_result { ZS_JOIN_DONE, ZS_JOIN_CANCELLED, ZS_JOIN_MEMORY } 
  * Variational: between two slices f is a sum of radial functions r^3 through the points of
  * these and their neighbours, found in blocks (blocks.h), as a weighted mean of the sums of
  * the two nearest gaps, which makes it smooth across slices.  Where outlines are stairs of
- * pixels, as far as slices say so, the sums are smoothed by as much as takes these away.  Away from the surface it goes
- * over into the distances, joined by cubics; parts that touch no slice are left out.
+ * pixels, as far as slices say so, the sums are smoothed by as much as takes these away.  The
+ * distances, joined by cubics, count for a fifth unless gaps are wide, and away from the surface
+ * for all; parts that touch no slice are left out.
  *
  * Extended: the distances of four slices, joined by cubics along ways on which shapes move
  * from one to the next. */
