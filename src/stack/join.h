@@ -30,8 +30,8 @@ typedef enum zs_join_result { ZS_JOIN_DONE, ZS_JOIN_CANCELLED, ZS_JOIN_MEMORY } 
  * these and their neighbours, found in blocks (blocks.h), as a weighted mean of the sums of
  * the two nearest gaps, which makes it smooth across slices.  Where outlines are stairs of
  * pixels, as far as slices say so, the sums are smoothed by as much as takes these away.  The
- * distances, joined by cubics, count for a fifth unless gaps are wide, and away from the surface
- * for all; parts that touch no slice are left out.
+ * distances, joined by cubics, count for up to a fifth half-way across gaps that are not wide,
+ * and for all away from the surface; parts that touch no slice are left out.
  *
  * Extended: the distances of four slices, joined by cubics along ways on which shapes move
  * from one to the next. */

@@ -17,8 +17,9 @@ static const double BAND = 4, BAND_OF_GAP = 0.6, MOST_BAND = 40, PURE = 0.6;
 /* Where it is more, in pixels, f does not change sign within a pixel's reach. */
 static const double NEAR = 2.5;
 
-/* Across gaps that are not wide, distances joined by cubics count for this part everywhere: the
- * two err in different ways, the mean of both less. */
+/* Half-way across gaps that are not wide, distances joined by cubics count for this part: the two
+ * err in different ways, the mean of both less.  At slices, where distances know but the stairs
+ * of pixels, they do not. */
 static const double DISTANCES = 0.2;
 
 /* Across wide gaps, in pixels, heights also count for less, so that more goes straight from
@@ -222,7 +223,9 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
 {
   const zs_raster *r = j->raster;
   const size_t own = zs_joiner_gap(j, layer), count = (size_t)r->count[0] * r->count[1];
-  const double weight = weight_of(j, gap, position_of(j, layer, own));
+  const double position = position_of(j, layer, own), weight = weight_of(j, gap, position);
+  const double half_way = sin(PI * (position - (double)own));
+  const double distances = DISTANCES * half_way * half_way;
   const double band = fmin(BAND + BAND_OF_GAP * length_of(j, own), MOST_BAND);
   if (weight == 0)
     return true;
@@ -239,7 +242,7 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
           const double beyond = zs_smooth_step((fabs(f) / band - PURE) / (1 - PURE));
           f = beyond * f + (1 - beyond) * m.sums[i] / m.weights[i];
         }
-        f = scales > 1 ? BOUND * tanh(f / BOUND) : (1 - DISTANCES) * f + DISTANCES * m.carried[i];
+        f = scales > 1 ? BOUND * tanh(f / BOUND) : (1 - distances) * f + distances * m.carried[i];
         *zs_raster_sample(r, i % r->count[0], i / r->count[0], layer) +=
           (float)(weight * f / scales);
       }
