@@ -132,21 +132,6 @@ static bool fail(const fitter *f, zs_rbf_result result)
                                       : fail_singular(f);
 }
 
-/* A fit that misses its constraints says so, or is none. */
-static bool check_solution(const fitter *f)
-{
-  const double tolerance = f->problem->tolerance, left = f->solution.left;
-  const double asked = tolerance > 0 ? tolerance : TOLERANCE;
-  if (!(left <= fmax(USELESS, asked) * f->distinct.largest))
-    return fail_singular(f);
-  if (left > asked * f->distinct.largest)
-    zs_report(f->diag, ZS_WARNING, ZS_ERROR_UNABLE, f->place,
-              "constraints that are very close together, or very many, need smoothing",
-              "the fit misses its constraints by up to %.2g, more than the %.2g asked for", left,
-              asked * f->distinct.largest);
-  return true;
-}
-
 /* ---- The ladder -------------------------------------------------------------------- */
 
 typedef zs_rbf_result solver(const zs_rbf_job *job, zs_rbf_solution *solution);
@@ -207,6 +192,33 @@ static bool solve(fitter *f, const zs_rbf_job *job)
     return true;
   const zs_rbf_result again = climb(f, &direct, job);
   return again <= ZS_RBF_SINGULAR || fail(f, again);
+}
+
+/* The iterations do not come near enough, and there are too many constraints, or too little
+ * memory, for the direct solution. */
+static bool fail_stalled(const fitter *f)
+{
+  return zs_report(f->diag, ZS_ERROR, ZS_ERROR_UNABLE, f->place,
+                   "give kernel=\"r\" or \"r3\", smoothing=\"1e-8\", or fewer constraints",
+                   "the fit of %zu constraints with kernel %s misses them by up to %.2g, where "
+                   "values are up to %.2g, and comes no nearer",
+                   f->rbf->count, zs_rbf_kernel_names[f->problem->kernel], f->solution.left,
+                   f->distinct.largest);
+}
+
+/* A fit that misses its constraints says so, or is none. */
+static bool check_solution(const fitter *f)
+{
+  const double tolerance = f->problem->tolerance, left = f->solution.left;
+  const double asked = tolerance > 0 ? tolerance : TOLERANCE;
+  if (!(left <= fmax(USELESS, asked) * f->distinct.largest))
+    return f->rbf->method == iterative.name ? fail_stalled(f) : fail_singular(f);
+  if (left > asked * f->distinct.largest)
+    zs_report(f->diag, ZS_WARNING, ZS_ERROR_UNABLE, f->place,
+              "constraints that are very close together, or very many, need smoothing",
+              "the fit misses its constraints by up to %.2g, more than the %.2g asked for", left,
+              asked * f->distinct.largest);
+  return true;
 }
 
 /* ---- Fitting ----------------------------------------------------------------------- */

@@ -367,6 +367,29 @@ static void memory_is_limited(void **state)
   free(c);
 }
 
+/* Where there is no memory for the direct solution, iterations that end far from the values are
+ * no fit. */
+static void stalled_fits_say_so(void **state)
+{
+  (void)state;
+  crowd c = random_crowd(4000, false);
+  uint64_t seed = 23;
+  for (size_t i = 0; i < c.count; i++) {
+    c.positions[3 * i + 1] *= 0.01; /* nearly a line */
+    c.positions[3 * i + 2] *= 0.01;
+    c.values[i] = random_between(&seed, -1, 1);
+  }
+  seen s = {.message = ""};
+  zs_diag diag = {.report = keep, .context = &s};
+  const zs_control control = {.memory_limit = 100000000};
+  const zs_rbf_problem problem = {.dimension = 3, .kernel = ZS_RBF_R5, .count = c.count,
+                                  .positions = c.positions, .values = c.values};
+  assert_null(zs_rbf_fit(&problem, &control, NULL, &diag));
+  assert_int_equal(diag.status, ZS_ERROR_UNABLE);
+  assert_non_null(strstr(s.message, "the fit of 4000 constraints with kernel r5 misses them"));
+  clear_crowd(&c);
+}
+
 /* Counts calls, and stops at one of them. */
 typedef struct stop {
   unsigned calls, at;
@@ -440,6 +463,7 @@ int main(void)
     cmocka_unit_test(few_points_far_away_are_fitted),
     cmocka_unit_test(a_miss_is_reported),
     cmocka_unit_test(memory_is_limited),
+    cmocka_unit_test(stalled_fits_say_so),
     cmocka_unit_test(can_be_cancelled_anywhere),
     cmocka_unit_test(threads_change_nothing),
   };
