@@ -23,6 +23,10 @@ typedef struct zs_rbf_product {
    * apart: matrix[j * stride + i] = weights[j] phi (|targets_i - sources_j|). */
   double *matrix;
   size_t stride;
+  /* NULL, or what is added up the other way too:
+   *   source_sums[j] += sum_i target_weights[i] phi (|targets_i - sources_j|) */
+  const double *target_weights; /* target_count */
+  double *source_sums;          /* source_count */
 } zs_rbf_product;
 
 /* Built once per instruction set. */
@@ -35,7 +39,11 @@ extern zs_rbf_multiply_kernel zs_rbf_multiply_avx2, zs_rbf_multiply_avx512;
 /* The one for the machine; it runs on the calling thread. */
 zs_rbf_multiply_kernel *zs_rbf_multiply_select(void);
 
-/* The same product by `threads` threads. */
+/* The same product by `threads` threads; of sums by targets. */
 void zs_rbf_multiply(const zs_rbf_product *product, unsigned threads);
+
+/* The same where targets and sources are the same points: phi of a pair is found once for both.
+ * Sums do not depend on the threads. */
+void zs_rbf_multiply_symmetric(const zs_rbf_product *product, unsigned threads);
 
 #endif

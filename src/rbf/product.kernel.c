@@ -41,40 +41,61 @@ static inline ZS_ALWAYS void evaluate(zs_rbf_radial radial, unsigned dimension,
   }
 }
 
+/* What a product is: sums by targets, or by targets and sources, or the matrix. */
+typedef enum form { SUMS, BOTH_SUMS, MATRIX } form;
+
+static inline ZS_ALWAYS double total(zs_vector a)
+{
+  double sum = a[0];
+  for (unsigned l = 1; l < ZS_WIDTH; l++)
+    sum += a[l];
+  return sum;
+}
+
 /* A tile of sources for some targets. */
-static inline ZS_ALWAYS void visit(zs_rbf_radial radial, unsigned dimension, bool matrix,
+static inline ZS_ALWAYS void visit(zs_rbf_radial radial, unsigned dimension, form form,
                                    const zs_rbf_product *p, size_t target, size_t source,
                                    size_t sources)
 {
-  zs_vector point[MOST][VECTORS], phi[VECTORS], sum[VECTORS] = {{0}};
-  double sums[TARGETS];
+  zs_vector point[MOST][VECTORS], phi[VECTORS], sum[VECTORS] = {{0}}, back[VECTORS];
+  double sums[TARGETS] = {0};
   const size_t left = p->target_count - target, targets = left < TARGETS ? left : TARGETS;
   gather(dimension, p->targets + target * dimension, targets, point);
+  if (form == BOTH_SUMS) {
+    memcpy(sums, p->target_weights + target, targets * sizeof *sums);
+    memcpy(back, sums, sizeof back);
+  }
   for (size_t j = source; j < source + sources; j++) {
     const double weight = p->weights[j];
     evaluate(radial, dimension, point, p->sources + j * dimension, phi);
+    if (form == BOTH_SUMS) {
+      zs_vector across = back[0] * phi[0];
+      for (unsigned v = 1; v < VECTORS; v++)
+        across += back[v] * phi[v];
+      p->source_sums[j] += total(across);
+    }
     for (unsigned v = 0; v < VECTORS; v++)
       phi[v] *= weight;
-    if (matrix)
+    if (form == MATRIX)
       memcpy(p->matrix + j * p->stride + target, phi, targets * sizeof *p->matrix);
     else
       for (unsigned v = 0; v < VECTORS; v++)
         sum[v] += phi[v];
   }
-  if (matrix)
+  if (form == MATRIX)
     return;
   memcpy(sums, sum, sizeof sums);
   for (size_t i = 0; i < targets; i++)
     p->sums[target + i] += sums[i];
 }
 
-static inline ZS_ALWAYS void visit_all(zs_rbf_radial radial, unsigned dimension, bool matrix,
+static inline ZS_ALWAYS void visit_all(zs_rbf_radial radial, unsigned dimension, form form,
                                        const zs_rbf_product *p)
 {
   for (size_t source = 0; source < p->source_count; source += TILE) {
     const size_t left = p->source_count - source, sources = left < TILE ? left : TILE;
     for (size_t target = 0; target < p->target_count; target += TARGETS)
-      visit(radial, dimension, matrix, p, target, source, sources);
+      visit(radial, dimension, form, p, target, source, sources);
   }
 }
 
@@ -82,9 +103,11 @@ static inline ZS_ALWAYS void multiply(zs_rbf_radial radial, unsigned dimension,
                                       const zs_rbf_product *p)
 {
   if (p->matrix)
-    visit_all(radial, dimension, true, p);
+    visit_all(radial, dimension, MATRIX, p);
+  else if (p->source_sums)
+    visit_all(radial, dimension, BOTH_SUMS, p);
   else
-    visit_all(radial, dimension, false, p);
+    visit_all(radial, dimension, SUMS, p);
 }
 
 #define DEFINE_PRODUCT(KERNEL) \

@@ -55,15 +55,15 @@ void zs_rbf_system_multiply(const zs_rbf_system *system, const double *d, double
 {
   const double sign = zs_rbf_sign(system->radial.kernel);
   memset(result, 0, system->count * sizeof *result);
-  zs_rbf_multiply(&(zs_rbf_product){.radial = system->radial,
-                                    .dimension = system->dimension,
-                                    .target_count = system->count,
-                                    .source_count = system->count,
-                                    .targets = system->points,
-                                    .sources = system->points,
-                                    .weights = d,
-                                    .sums = result},
-                  system->threads);
+  zs_rbf_multiply_symmetric(&(zs_rbf_product){.radial = system->radial,
+                                              .dimension = system->dimension,
+                                              .target_count = system->count,
+                                              .source_count = system->count,
+                                              .targets = system->points,
+                                              .sources = system->points,
+                                              .weights = d,
+                                              .sums = result},
+                            system->threads);
   for (size_t i = 0; i < system->count; i++)
     result[i] = sign * result[i] + system->smoothing * d[i];
 }

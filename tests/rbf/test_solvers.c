@@ -80,6 +80,36 @@ static void check_product(zs_rbf_radial radial, unsigned dimension, size_t targe
   free(matrix);
 }
 
+/* What each point gets from all of them, itself too, whatever the threads. */
+static void check_symmetric(zs_rbf_radial radial, unsigned dimension, size_t count)
+{
+  double *points = random_numbers(count * dimension, 1), *weights = random_numbers(count, 3);
+  double *sums[2] = {random_numbers(count, 4), random_numbers(count, 4)};
+  double *before = random_numbers(count, 4);
+  for (unsigned k = 0; k < 2; k++)
+    zs_rbf_multiply_symmetric(&(zs_rbf_product){.radial = radial, .dimension = dimension,
+                                                .target_count = count, .source_count = count,
+                                                .targets = points, .sources = points,
+                                                .weights = weights, .sums = sums[k]},
+                              k ? 3 : 1);
+  for (size_t i = 0; i < count; i++) {
+    double sum = before[i], size = 1;
+    for (size_t j = 0; j < count; j++) {
+      const double phi = zs_rbf_phi(
+        radial, distance_squared(dimension, points + i * dimension, points + j * dimension));
+      sum += weights[j] * phi;
+      size += fabs(weights[j] * phi);
+    }
+    assert_true(fabs(sums[0][i] - sum) < 1e-14 * size);
+    assert_true(sums[1][i] == sums[0][i]);
+  }
+  free(points);
+  free(weights);
+  free(sums[0]);
+  free(sums[1]);
+  free(before);
+}
+
 static void products_are_sums_of_pairs(void **state)
 {
   (void)state;
@@ -91,6 +121,8 @@ static void products_are_sums_of_pairs(void **state)
         check_product(radial, dimension, 1, 1);
         check_product(radial, dimension, 37, 5);
         check_product(radial, dimension, 300, 700);
+        check_symmetric(radial, dimension, 1);
+        check_symmetric(radial, dimension, 130 * (unsigned)kernel + 77);
       }
   }
   unsetenv("ZEROSET_ISA");
