@@ -84,6 +84,8 @@ static pid_t start(const char *words, const char *input)
   assert_true(child >= 0);
   if (child > 0)
     return child;
+  /* The suite may run in the background, where interrupts are ignored. */
+  signal(SIGINT, SIG_DFL);
   char *copy = strdup(words), *arguments[MAXIMUM_ARGUMENTS] = {(char *)"zeroset"};
   int count = 1;
   for (char *word = strtok(copy, "|"); word && count < MAXIMUM_ARGUMENTS - 1;
