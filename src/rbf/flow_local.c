@@ -66,6 +66,84 @@ static void evaluate(const rows *r, const zs_flow_part *part, double s, double *
   memcpy(out + 3 + 2 * n, state.y, n * sizeof(double));
 }
 
+/* What a channel's coefficient counts for, which is that of a place by the weight of its centre. */
+static double importance(const rows *r, size_t channel)
+{
+  return channel < 3 + r->centres ? 1 : fabs(r->out[0][3 + (channel - 3) % r->centres]);
+}
+
+/* ---- Within one interval ------------------------------------------------------------- */
+
+/* Chebyshev polynomials T_k (a + b u) by those of u: by[k][i] T_i (u), summed over i. */
+typedef struct expansions {
+  double by[ZS_FLOW_ORDER][ZS_FLOW_ORDER + 1];
+} expansions;
+
+/* T_k = 2 (a + b u) T_(k-1) - T_(k-2), and u T_i (u) = (T_(i+1) + T_|i-1|) / 2. */
+static void find_expansions(double a, double b, int count, expansions *e)
+{
+  memset(e, 0, sizeof *e);
+  e->by[0][0] = 1;
+  e->by[1][0] = a;
+  e->by[1][1] = b;
+  for (int k = 2; k < count; k++) {
+    const double *last = e->by[k - 1];
+    for (int i = 0; i <= k; i++) {
+      const double below = i == 0 ? 0 : i == 1 ? 2 * last[0] : last[i - 1];
+      e->by[k][i] = 2 * a * last[i] + b * (below + last[i + 1]) - e->by[k - 2][i];
+    }
+  }
+}
+
+/* The i-th coefficients of neighbouring channels. */
+static void expand_channels(const zs_flow *flow, const double *table, size_t count, int used,
+                            const expansions *e, int i, double *restrict sums)
+{
+  memset(sums, 0, count * sizeof *sums);
+  for (int k = i; k < used; k++) {
+    const double by = e->by[k][i];
+    const double *restrict series = table + (size_t)k * flow->channels;
+#pragma omp simd
+    for (size_t c = 0; c < count; c++)
+      sums[c] += by * series[c];
+  }
+}
+
+/* The i-th coefficients of all channels. */
+static void expand_row(const rows *r, const zs_flow_part *part, size_t interval,
+                       const expansions *e, int i, double *out)
+{
+  const zs_flow *flow = part->flow;
+  const size_t n = r->centres;
+  const double *table = flow->table + interval * ZS_FLOW_ORDER * flow->channels;
+  const double *own = table + (size_t)part->component * (n + 3);
+  expand_channels(flow, own + n, 3, flow->used[0], e, i, out);
+  expand_channels(flow, own, n, flow->used[0], e, i, out + 3);
+  expand_channels(flow, table + 2 * n + 6, 2 * n, flow->used[1], e, i, out + 3 + n);
+}
+
+/* The polynomials from the series of an interval that the range lies in.  False when there would
+ * have to be more coefficients. */
+static bool expand(rows *r, const zs_flow_part *part, size_t interval, double middle, double half)
+{
+  const zs_flow *flow = part->flow;
+  const int most = flow->used[0] > flow->used[1] ? flow->used[0] : flow->used[1];
+  const double from = flow->ends[interval], scale = 2 / (flow->ends[interval + 1] - from);
+  expansions e;
+  find_expansions(scale * (middle - from) - 1, scale * half, most, &e);
+  for (int i = 0; i < r->count; i++)
+    expand_row(r, part, interval, &e, i, r->out[i]);
+  double rest = 0;
+  for (int i = r->count; i < most && half > 0; i++) {
+    expand_row(r, part, interval, &e, i, r->row[0]);
+    for (size_t c = 0; c < r->channels; c++)
+      rest += importance(r, c) * fabs(r->row[0][c]);
+  }
+  return rest <= LEFT_OUT;
+}
+
+/* ---- Across intervals ------------------------------------------------------------------- */
+
 /* The polynomials, by values at the nodes of a range of s. */
 static void interpolate(rows *r, const zs_flow_part *part, double middle, double half)
 {
@@ -85,14 +163,26 @@ static bool holds_at_ends(const rows *r, const zs_flow_part *part, double middle
       double sum = 0;
       for (int k = 0; k < r->count; k++)
         sum += k % 2 && end < 0 ? -r->out[k][i] : r->out[k][i];
-      const double by = i < 3 + r->centres ? 1 : fabs(r->out[0][3 + (i - 3) % r->centres]);
-      rest += by * fabs(sum - r->row[0][i]);
+      rest += importance(r, i) * fabs(sum - r->row[0][i]);
     }
     if (!(rest <= LEFT_OUT))
       return false;
   }
   return true;
 }
+
+/* The polynomials of a range of s; false when these are not short. */
+static bool find_polynomials(rows *r, const zs_flow_part *part, double middle, double half)
+{
+  static const double WITHIN = 1 - 1e-6; /* rounding does not lead to the next interval */
+  const size_t interval = zs_flow_interval(part->flow, middle - WITHIN * half);
+  if (interval == zs_flow_interval(part->flow, middle + WITHIN * half))
+    return expand(r, part, interval, middle, half);
+  interpolate(r, part, middle, half);
+  return holds_at_ends(r, part, middle, half);
+}
+
+/* ---- The table ------------------------------------------------------------------------ */
 
 /* How large r^2 log r and its derivative become up to a distance, together. */
 static double steepness(double far)
@@ -202,12 +292,12 @@ const void *zs_flow_restricted(const void *data, const float lo[], const float h
   rows r;
   if (!own || !local || !table || !make_rows(&r, n, half > 0 ? NODES : 1, arena))
     return data;
-  interpolate(&r, part, middle, half);
+  const bool whole = find_polynomials(&r, part, middle, half);
   found.weights = count_needed(&r, false);
   found.places = count_needed(&r, true);
   found.table = table;
-  const bool good = found.weights < NODES && found.places < NODES && is_precise(&r, lo, hi) &&
-                    holds_at_ends(&r, part, middle, half);
+  const bool good =
+    whole && found.weights < NODES && found.places < NODES && is_precise(&r, lo, hi);
   if (good)
     put_table(&r, &found, table);
   zs_arena_rewind(arena, mark);
