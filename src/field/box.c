@@ -80,15 +80,11 @@ static bool may_extend(const search *s, const double lo[3], const double hi[3])
 /* Indices of parts, those nearest the side that is being looked for first. */
 static void sort(const search *s, const parts *p, unsigned order[ZS_LANES])
 {
+  const double sign = s->upper ? -1 : 1;
   for (unsigned i = 0; i < p->count; i++) {
-    const double at = s->upper ? -p->lo[i][s->axis] : p->lo[i][s->axis];
     unsigned n = i;
-    for (; n > 0; n--) {
-      const double before = p->lo[order[n - 1]][s->axis];
-      if ((s->upper ? -before : before) <= at)
-        break;
+    for (; n > 0 && sign * p->lo[order[n - 1]][s->axis] > sign * p->lo[i][s->axis]; n--)
       order[n] = order[n - 1];
-    }
     order[n] = i;
   }
 }

@@ -2,6 +2,7 @@
  *
  * Where points have the same s, as rows of a grid do, the weights are found once; elsewhere,
  * as along rays, for as many points at a time as a vector has room for. */
+#include "rbf/flow.h"
 #include "rbf/phi.h"
 
 #include <math.h>
@@ -9,6 +10,7 @@
 
 typedef zs_vector zs_real;
 typedef double zs_real_number;
+typedef zs_flow_reach zs_real_reach;
 
 static inline ZS_ALWAYS zs_vector zs_real_chosen(zs_integers mask, zs_vector yes, zs_vector no)
 {
@@ -305,11 +307,6 @@ typedef struct boxes {
   zs_vector lo, hi;
 } boxes;
 
-static zs_vector all(double a)
-{
-  return (zs_vector){0} + a;
-}
-
 /* The tangent at the middle, and what second derivatives can add: of the radial functions
  * as they are there, of all else the largest for any s.  For boxes whose middle is in one
  * interval. */
@@ -333,12 +330,10 @@ static void enclose(boxes *b, const zs_flow *flow, int component, size_t interva
     zs_vector slope;
     const zs_vector phi = zs_vector_phi_and_slope(plate, r2, &slope);
     add_centre(&t, &c, phi, slope);
-    const centre_reach reach = {
-      all(weight[i].value), all(weight[i].first), all(weight[i].second), all(px[i].first),
-      all(px[i].second),    all(py[i].first),     all(py[i].second)};
-    beyond += bend_of_term(&reach, r, r2);
+    beyond += bend_of_term(&weight[i], &px[i], &py[i], r, r2);
   }
-  beyond += zs_real_absolute(t.x) * r[0] + zs_real_absolute(t.y) * r[1] + zs_real_absolute(t.s) * r[2];
+  beyond += zs_real_absolute(t.x) * r[0] + zs_real_absolute(t.y) * r[1] +
+            zs_real_absolute(t.s) * r[2];
   /* Between intervals the channels step by what they are off. */
   beyond += 1e-6 * (1 + zs_real_absolute(t.f) + beyond);
   b->lo = t.f - beyond;

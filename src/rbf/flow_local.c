@@ -27,45 +27,6 @@ typedef struct rows {
   double *out[NODES];
 } rows;
 
-/* cos (pi k (j + 1/2) / NODES) */
-static double node_cosine(int k, int j)
-{
-  static const double quarter[NODES + 1] = {1, 0.98078528040323045, 0.92387953251128676,
-                                            0.83146961230254524, 0.70710678118654752,
-                                            0.55557023301960222, 0.38268343236508977,
-                                            0.19509032201612827, 0};
-  const int angle = k * (2 * j + 1) % (4 * NODES); /* in parts of half a turn, 2 NODES of them */
-  const int turned = angle > 2 * NODES ? 4 * NODES - angle : angle;
-  return turned > NODES ? -quarter[2 * NODES - turned] : quarter[turned];
-}
-
-static void transform(rows *r)
-{
-  for (int k = 0; k < r->count; k++) {
-    memset(r->out[k], 0, r->channels * sizeof(double));
-    for (int j = 0; j < r->count; j++) {
-      const double by = node_cosine(k, j) * (k ? 2.0 : 1.0) / r->count;
-      const double *restrict values = r->row[j];
-      double *restrict sums = r->out[k];
-#pragma omp simd
-      for (size_t i = 0; i < r->channels; i++)
-        sums[i] += by * values[i];
-    }
-  }
-}
-
-/* All channels at some s. */
-static void evaluate(const rows *r, const zs_flow_part *part, double s, double *out)
-{
-  zs_flow_state state;
-  const size_t n = r->centres;
-  zs_flow_at(part->flow, part->component, fmin(fmax(s, 0), 1), &state, NULL);
-  memcpy(out, state.polynomial, sizeof state.polynomial);
-  memcpy(out + 3, state.weight, n * sizeof(double));
-  memcpy(out + 3 + n, state.x, n * sizeof(double));
-  memcpy(out + 3 + 2 * n, state.y, n * sizeof(double));
-}
-
 /* What a channel's coefficient counts for, which is that of a place by the weight of its centre. */
 static double importance(const rows *r, size_t channel)
 {
@@ -143,6 +104,45 @@ static bool expand(rows *r, const zs_flow_part *part, size_t interval, double mi
 }
 
 /* ---- Across intervals ------------------------------------------------------------------- */
+
+/* cos (pi k (j + 1/2) / NODES) */
+static double node_cosine(int k, int j)
+{
+  static const double quarter[NODES + 1] = {1, 0.98078528040323045, 0.92387953251128676,
+                                            0.83146961230254524, 0.70710678118654752,
+                                            0.55557023301960222, 0.38268343236508977,
+                                            0.19509032201612827, 0};
+  const int angle = k * (2 * j + 1) % (4 * NODES); /* in parts of half a turn, 2 NODES of them */
+  const int turned = angle > 2 * NODES ? 4 * NODES - angle : angle;
+  return turned > NODES ? -quarter[2 * NODES - turned] : quarter[turned];
+}
+
+static void transform(rows *r)
+{
+  for (int k = 0; k < r->count; k++) {
+    memset(r->out[k], 0, r->channels * sizeof(double));
+    for (int j = 0; j < r->count; j++) {
+      const double by = node_cosine(k, j) * (k ? 2.0 : 1.0) / r->count;
+      const double *restrict values = r->row[j];
+      double *restrict sums = r->out[k];
+#pragma omp simd
+      for (size_t i = 0; i < r->channels; i++)
+        sums[i] += by * values[i];
+    }
+  }
+}
+
+/* All channels at some s. */
+static void evaluate(const rows *r, const zs_flow_part *part, double s, double *out)
+{
+  zs_flow_state state;
+  const size_t n = r->centres;
+  zs_flow_at(part->flow, part->component, fmin(fmax(s, 0), 1), &state, NULL);
+  memcpy(out, state.polynomial, sizeof state.polynomial);
+  memcpy(out + 3, state.weight, n * sizeof(double));
+  memcpy(out + 3 + n, state.x, n * sizeof(double));
+  memcpy(out + 3 + 2 * n, state.y, n * sizeof(double));
+}
 
 /* The polynomials, by values at the nodes of a range of s. */
 static void interpolate(rows *r, const zs_flow_part *part, double middle, double half)

@@ -4,6 +4,9 @@
 
 typedef zs_lanes zs_real;
 typedef float zs_real_number;
+typedef struct zs_real_reach {
+  float value, first, second;
+} zs_real_reach;
 #define zs_real_larger zs_lanes_larger
 #define zs_real_chosen zs_lanes_select
 #define zs_real_absolute zs_lanes_absolute
@@ -120,17 +123,16 @@ static boxes take_boxes(const zs_bounds_arguments *a, unsigned part)
   return b;
 }
 
-/* A polynomial and its derivative, and the largest that it and its derivatives become from -1
- * to 1. */
+/* A polynomial and its derivative, and how large they become from -1 to 1. */
 typedef struct channel {
   zs_lanes value, slope;
-  float most, first, second;
+  zs_real_reach reach;
 } channel;
 
 ZS_INLINE channel next_channel(const float **table, int count, zs_lanes t)
 {
   const float *c = *table;
-  channel p = {zs_lanes_all(c[count - 1]), zs_lanes_all(0), fabsf(c[0]), 0, 0};
+  channel p = {zs_lanes_all(c[count - 1]), zs_lanes_all(0), {fabsf(c[0]), 0, 0}};
   *table += count;
   for (int k = count - 2; k >= 0; k--) {
     p.slope = zs_lanes_multiply_add(p.slope, t, p.value);
@@ -138,9 +140,9 @@ ZS_INLINE channel next_channel(const float **table, int count, zs_lanes t)
   }
   for (int k = 1; k < count; k++) {
     const float size = fabsf(c[k]), times = (float)k;
-    p.most += size;
-    p.first += times * size;
-    p.second += times * (times - 1) * size;
+    p.reach.value += size;
+    p.reach.first += times * size;
+    p.reach.second += times * (times - 1) * size;
   }
   return p;
 }
@@ -154,10 +156,10 @@ ZS_INLINE zs_lanes plane_tangent(const float **table, int count, const boxes *b,
     c[k] = next_channel(table, count, b->at[2]);
   *t = (tangent){c[0].value + c[1].value * b->at[0] + c[2].value * b->at[1], c[1].value,
                  c[2].value, c[0].slope + c[1].slope * b->at[0] + c[2].slope * b->at[1]};
-  return b->r[2] * (c[1].first * b->r[0] + c[2].first * b->r[1]) +
+  return b->r[2] * (c[1].reach.first * b->r[0] + c[2].reach.first * b->r[1]) +
          0.5f * b->r[2] * b->r[2] *
-           (c[0].second + c[1].second * zs_lanes_absolute(b->at[0]) +
-            c[2].second * zs_lanes_absolute(b->at[1]));
+           (c[0].reach.second + c[1].reach.second * zs_lanes_absolute(b->at[0]) +
+            c[2].reach.second * zs_lanes_absolute(b->at[1]));
 }
 
 /* Add the term of the next centre to the tangent; returns how far from it the term gets. */
@@ -169,12 +171,9 @@ ZS_INLINE zs_lanes term_tangent(const float **table, const zs_flow_local *local,
   const channel y = next_channel(table, local->places, b->at[2]);
   const centre c = {w.value,          w.slope, b->at[0] - x.value, x.slope,
                     b->at[1] - y.value, y.slope};
-  const centre_reach reach = {
-    zs_lanes_all(w.most),    zs_lanes_all(w.first), zs_lanes_all(w.second), zs_lanes_all(x.first),
-    zs_lanes_all(x.second), zs_lanes_all(y.first), zs_lanes_all(y.second)};
   const zs_lanes r2 = c.x * c.x + c.y * c.y, l = logarithm(r2);
   add_centre(t, &c, 0.5f * r2 * l, l + 1);
-  return bend_of_term(&reach, b->r, r2);
+  return bend_of_term(&w.reach, &x.reach, &y.reach, b->r, r2);
 }
 
 /* Tangents at the middles of boxes, and what second derivatives can add. */

@@ -2,6 +2,7 @@
  * and for flow_local.kernel.c in single precision.  These say beforehand what numbers are:
  *
  *   zs_real, zs_real_number     a vector, and one of its elements
+ *   zs_real_reach               as zs_flow_reach, of such elements
  *   zs_real_larger(a, b)
  *   zs_real_chosen(mask, yes, no)
  *   zs_real_absolute(a)
@@ -65,21 +66,17 @@ ZS_TERMS zone zone_around(zs_real away, zs_real step)
   return z;
 }
 
-/* The largest that the channels of a centre and their derivatives by s become. */
-typedef struct centre_reach {
-  zs_real weight, weight_first, weight_second, x_first, x_second, y_first, y_second;
-} centre_reach;
-
 /* How far a centre's term gets from its tangent in boxes with half sides `r`, whose middles
- * are at the square root of `r2` from it. */
-ZS_TERMS zs_real bend_of_term(const centre_reach *reach, const zs_real r[3], zs_real r2)
+ * are at the square root of `r2` from it, by the reach of its channels. */
+ZS_TERMS zs_real bend_of_term(const zs_real_reach *weight, const zs_real_reach *x,
+                              const zs_real_reach *y, const zs_real r[3], zs_real r2)
 {
-  const zs_real step_x = r[0] + reach->x_first * r[2], step_y = r[1] + reach->y_first * r[2];
+  const zs_real step_x = r[0] + x->first * r[2], step_y = r[1] + y->first * r[2];
   const zs_real step = zs_real_root(step_x * step_x + step_y * step_y);
   const zs_real half = r[2] * r[2] / 2;
   const zone z = zone_around(zs_real_root(r2), step);
-  return reach->weight * (z.bend + z.slope * half * (reach->x_second + reach->y_second)) +
-         reach->weight_first * r[2] * z.slope * step + reach->weight_second * half * z.value;
+  return weight->value * (z.bend + z.slope * half * (x->second + y->second)) +
+         weight->first * r[2] * z.slope * step + weight->second * half * z.value;
 }
 
 #endif
