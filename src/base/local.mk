@@ -13,6 +13,7 @@ zs_sources += \
   src/base/names.h \
   src/base/output.c \
   src/base/output.h \
+  src/base/threads.h \
   src/base/vector3.h \
   src/base/version.c \
   src/base/xml.c \

@@ -1,3 +1,4 @@
+#include "base/threads.h"
 #include "cli/commands.h"
 #include "cli/session.h"
 #include "cli/text.h"
@@ -7,10 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
 /* Points come in chunks of whatever standard input has ready, so that another
  * program can converse with this one, and are answered before the next read. */
@@ -36,13 +33,8 @@ typedef struct evaluator {
 
 static unsigned thread_count(const cli_options *options)
 {
-#ifdef _OPENMP
-  unsigned wanted = options->threads ? options->threads : (unsigned)omp_get_num_procs();
+  const unsigned wanted = options->threads ? options->threads : zs_processors();
   return wanted < MAXIMUM_THREADS ? wanted : MAXIMUM_THREADS;
-#else
-  (void)options;
-  return 1;
-#endif
 }
 
 /* Single precision is enough near the origin; a scene far from it is evaluated
@@ -111,9 +103,7 @@ static void evaluate(evaluator *e)
 {
   size_t wanted = (e->count + POINTS_PER_THREAD - 1) / POINTS_PER_THREAD;
   int threads = (int)(wanted < e->threads ? wanted : e->threads);
-#ifdef _OPENMP
 #pragma omp parallel for num_threads(threads) if (threads > 1)
-#endif
   for (int i = 0; i < threads; i++)
     evaluate_range(e, e->eval[i], e->count * (size_t)i / (size_t)threads,
                    e->count * (size_t)(i + 1) / (size_t)threads);

@@ -3,24 +3,13 @@
 
 #include "base/array.h"
 #include "base/diagnostic.h"
+#include "base/threads.h"
 
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#if defined _OPENMP
-#include <omp.h>
-#else
-static int omp_get_num_procs(void)
-{
-  return 1;
-}
-static int omp_get_thread_num(void)
-{
-  return 0;
-}
-#endif
 
 enum { TASKS_PER_THREAD = 16 /* so that threads finish together */ };
 
@@ -56,8 +45,7 @@ unsigned zs_control_threads(const zs_control *control)
 {
   if (control && control->threads)
     return control->threads < ZS_MOST_THREADS ? control->threads : ZS_MOST_THREADS;
-  int processors = omp_get_num_procs();
-  return processors > 0 ? (unsigned)processors : 1;
+  return zs_processors();
 }
 
 bool zs_control_allows(const zs_control *control, double bytes)
@@ -210,7 +198,7 @@ static bool refine(walker *walkers, unsigned threads, range_list *list)
   const unsigned busy = count < threads ? (unsigned)count : threads;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(busy ? busy : 1)
   for (size_t i = 0; i < count; i++)
-    refine_range(&walkers[omp_get_thread_num()], &list->ranges[i], &results[i]);
+    refine_range(&walkers[zs_thread_number()], &list->ranges[i], &results[i]);
   bool done = true;
   list->count = 0;
   for (size_t i = 0; i < count; i++)
@@ -262,7 +250,7 @@ static bool run_tasks(walker *walkers, unsigned threads, const range_list *tasks
   for (size_t i = 0; i < tasks->count; i++) {
     if (atomic_load_explicit(&cancelled, memory_order_relaxed))
       continue;
-    unsigned thread = (unsigned)omp_get_thread_num();
+    unsigned thread = zs_thread_number();
     walk_range(&walkers[thread], &tasks->ranges[i]);
     size_t done = atomic_fetch_add_explicit(&finished, 1, memory_order_relaxed) + 1;
     if (thread == 0 && !report_progress(walk, (double)done / (double)tasks->count))

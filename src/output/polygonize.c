@@ -8,6 +8,7 @@
 #include "output/polygonize.h"
 
 #include "base/diagnostic.h"
+#include "base/threads.h"
 #include "output/grid.h"
 
 #include <float.h>
@@ -15,9 +16,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#if defined _OPENMP
-#include <omp.h>
-#endif
 
 static const double FINEST_TOLERANCE = 1e-7, COARSEST_TOLERANCE = 0.01;
 
@@ -25,15 +23,6 @@ void zs_mesh_options_init(zs_mesh_options *options)
 {
   *options = (zs_mesh_options){
     .method = ZS_MESH_CONTOUR, .normals = true, .cap = true, .creases = true, .tolerance = 1e-6};
-}
-
-unsigned zs_polygonize_thread(void)
-{
-#if defined _OPENMP
-  return (unsigned)omp_get_thread_num();
-#else
-  return 0;
-#endif
 }
 
 /* ---- Stages over bricks ----------------------------------------------------------- */
@@ -54,7 +43,7 @@ bool zs_polygonize_each(zs_polygonize_job *job, const char *stage, double from, 
   for (size_t i = 0; i < count; i++) {
     if (atomic_load_explicit(&cancelled, memory_order_relaxed))
       continue;
-    const unsigned thread = zs_polygonize_thread();
+    const unsigned thread = zs_thread_number();
     if (thread == 0 && i >= next_report) {
       next_report = i + step;
       if (!report_progress(job, stage, from + (to - from) * (double)i / (double)count))

@@ -164,9 +164,6 @@ typedef struct zs_polygonize_job {
   uint64_t used_bytes; /* working memory besides the arenas */
 } zs_polygonize_job;
 
-/* Number of the calling thread within a parallel loop. */
-unsigned zs_polygonize_thread(void);
-
 /* ---- The lattice ------------------------------------------------------------ */
 
 /* Lattice coordinate of a brick's corner. */

@@ -3,6 +3,7 @@
 #include "output/polygonize_rows.h"
 
 #include "base/diagnostic.h"
+#include "base/threads.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -476,7 +477,7 @@ bool zs_polygonize_triangles(zs_polygonize_job *job)
 #pragma omp parallel for schedule(dynamic, 4) num_threads(job->threads)
     for (size_t i = 0; i < job->active_count; i++) {
       writing w = {.job = job, .tables = shared, .brick = job->active[i]};
-      write_triangles(&w, &own[zs_polygonize_thread()]);
+      write_triangles(&w, &own[zs_thread_number()]);
     }
   }
   free(shared);

@@ -17,6 +17,7 @@
 
 #include "base/array.h"
 #include "base/diagnostic.h"
+#include "base/threads.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -514,7 +515,7 @@ static bool collapse_bricks(zs_polygonize_job *job, collapsing *all, bool again)
                   .brick = job->active[i],
                   .all = all,
                   .divided = all->divided + i * CUBE_BYTES,
-                  .own = &scratch[zs_polygonize_thread()],
+                  .own = &scratch[zs_thread_number()],
                   .frame = zs_brick_frame(job, job->active[i])};
     if (!s.brick->patch_count || (again && !divide_folded(&s)))
       continue;

@@ -5,6 +5,7 @@
 #include "output/polygonize.h"
 
 #include "base/diagnostic.h"
+#include "base/threads.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -186,7 +187,7 @@ static bool write_all(const zs_polygonize_job *job)
     return zs_fail_memory(job->diag);
 #pragma omp parallel for schedule(dynamic, 16) num_threads(job->threads)
   for (size_t i = 0; i < job->active_count; i++)
-    write_quads(job, job->active[i], scratch[zs_polygonize_thread()]);
+    write_quads(job, job->active[i], scratch[zs_thread_number()]);
   free(scratch);
   return true;
 }

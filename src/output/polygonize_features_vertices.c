@@ -6,6 +6,7 @@
 
 #include "base/array.h"
 #include "base/diagnostic.h"
+#include "base/threads.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -615,7 +616,7 @@ bool zs_polygonize_unfold(zs_polygonize_job *job, bool last, bool *any)
       if (last)
         forget_normals(job, brick);
       else
-        unfold_brick(job, &job->workers[zs_polygonize_thread()], brick);
+        unfold_brick(job, &job->workers[zs_thread_number()], brick);
     }
     forget_folds(brick);
   }

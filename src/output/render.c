@@ -1,6 +1,7 @@
 /* The preview renderer: rays against the field's bounds, light, and smooth
  * edges where the picture has any. */
 #include "base/diagnostic.h"
+#include "base/threads.h"
 #include "files/image.h"
 #include "output/camera.h"
 #include "output/grid.h"
@@ -9,7 +10,6 @@
 #include "output/trace.h"
 
 #include <math.h>
-#include <omp.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,7 +103,7 @@ static bool trace_tiles(renderer *r, uint32_t rays_per_pixel,
   for (uint32_t i = 0; i < count; i++) {
     if (atomic_load_explicit(&cancelled, memory_order_relaxed))
       continue;
-    const int thread = omp_get_thread_num();
+    const unsigned thread = zs_thread_number();
     trace_tile(r, &r->workers[thread], i % across * side, i / across * side, rays_per_pixel,
                finish);
     unsigned done = atomic_fetch_add_explicit(&finished, 1, memory_order_relaxed) + 1;

@@ -1,17 +1,11 @@
 #include "rbf/poll.h"
 
-#if defined _OPENMP
-#include <omp.h>
-#endif
+#include "base/threads.h"
 
 /* Only the thread that began may tell, and it takes part in every loop as number 0. */
 static bool may_tell(void)
 {
-#if defined _OPENMP
-  return omp_get_thread_num() == 0;
-#else
-  return true;
-#endif
+  return zs_thread_number() == 0;
 }
 
 static bool tell(zs_rbf_poll *poll, double part)

@@ -127,8 +127,9 @@ static bool fit(const maker *m, zs_block *block)
                                     .count = count,
                                     .positions = positions,
                                     .values = values};
+    const zs_control here = {.threads = 1}; /* blocks are what threads share */
     zs_diag quiet = {0};
-    zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, &quiet);
+    zs_rbf *rbf = zs_rbf_fit(&problem, &here, NULL, &quiet);
     memory = rbf ? keep_fit(block, rbf) : quiet.status != ZS_ERROR_MEMORY;
     zs_rbf_free(rbf);
   }
