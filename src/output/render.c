@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rays along the sides of a pixel that has an edge in it; divides ZS_TILE. */
+/* Places for rays along the sides of a pixel that has an edge in it. */
 enum { EDGE_RAYS = 4 };
 
 /* Part of the progress that the first rays are, before the edges. */
@@ -168,11 +168,15 @@ static void blend_pixel(renderer *r, const zs_tile *tile, uint32_t i, uint32_t j
   const size_t pixel = (size_t)y * r->camera.width + x;
   if (x >= r->camera.width || y >= r->camera.height || !r->edges[pixel])
     return;
+  unsigned count = 0;
   zs_color sum = {0, 0, 0};
   for (uint32_t b = j; b < j + n; b++)
     for (uint32_t a = i; a < i + n; a++) {
       uint32_t column, ray;
       double u, v;
+      if (!zs_tile_has_ray(tile, a, b))
+        continue;
+      count++;
       zs_tile_place(a, b, &column, &ray);
       zs_tile_ray(tile, &r->camera, a, b, &u, &v);
       const zs_hit *hit = &tile->hits[column][ray];
@@ -180,7 +184,7 @@ static void blend_pixel(renderer *r, const zs_tile *tile, uint32_t i, uint32_t j
       zs_color color = hit_color(r, hit, u, v, open);
       sum = zs_color_add(sum, (zs_color){fminf(color.r, 1), fminf(color.g, 1), fminf(color.b, 1)});
     }
-  store_color(r, pixel, encoded(zs_color_scale(sum, 1 / (float)(n * n))));
+  store_color(r, pixel, encoded(zs_color_scale(sum, 1 / (float)count)));
 }
 
 static void blend_edges(renderer *r, const zs_tile *tile)

@@ -7,12 +7,18 @@ enum { MOST_LEAVES = 1024 /* in depth */ };
 
 /* ---- Tiles ------------------------------------------------------------------------- */
 
+/* Where a ray is in its place, along x for its row, or along y for its column. */
+static double place_in(const zs_tile *tile, uint32_t other)
+{
+  return tile->rays_per_pixel == 1 ? 0.5 : other & 2 ? 0.75 : 0.25;
+}
+
 void zs_tile_ray(const zs_tile *tile, const zs_camera *camera, uint32_t i, uint32_t j, double *u,
                  double *v)
 {
   const double step = camera->pixel / tile->rays_per_pixel;
-  *u = camera->left + (tile->x + i + 0.5) * step;
-  *v = camera->top - (tile->y + j + 0.5) * step;
+  *u = camera->left + (tile->x + i + place_in(tile, j)) * step;
+  *v = camera->top - (tile->y + j + place_in(tile, i)) * step;
 }
 
 void zs_tile_begin(zs_tile *tile, const zs_camera *camera, uint32_t x, uint32_t y,
@@ -29,7 +35,7 @@ void zs_tile_begin(zs_tile *tile, const zs_camera *camera, uint32_t x, uint32_t 
       double u, v;
       zs_tile_place(i, j, &column, &r);
       tile->spans[column][r] = (zs_ray_span){.near = INFINITY, .far = -INFINITY};
-      if (px >= camera->width || py >= camera->height ||
+      if (!zs_tile_has_ray(tile, i, j) || px >= camera->width || py >= camera->height ||
           (wanted && !wanted[(size_t)py * camera->width + px]))
         continue;
       zs_tile_ray(tile, camera, i, j, &u, &v);

@@ -38,7 +38,7 @@ typedef struct zs_hit {
 /* The rays of a tile, column by column. */
 typedef struct zs_tile {
   uint32_t x, y;   /* of its first ray, in rays */
-  uint32_t rays_per_pixel; /* along a pixel's side */
+  uint32_t rays_per_pixel; /* along a pixel's side: 1 or 4 */
   /* Where rays are in the box; near > far for those that are done. */
   zs_ray_span spans[ZS_COLUMNS * ZS_COLUMNS][ZS_COLUMN_RAYS];
   zs_hit hits[ZS_COLUMNS * ZS_COLUMNS][ZS_COLUMN_RAYS];
@@ -51,6 +51,14 @@ static inline void zs_tile_place(uint32_t i, uint32_t j, uint32_t *column, uint3
 {
   *column = j / ZS_COLUMN * ZS_COLUMNS + i / ZS_COLUMN;
   *ray = j % ZS_COLUMN * ZS_COLUMN + i % ZS_COLUMN;
+}
+
+/* Of several rays to a pixel every second one is traced, as on a board of chess; within their
+ * places these stand so that a pixel of 4 x 4 has eight rays in eight rows and eight columns,
+ * which show an edge of any slant in as many steps. */
+static inline bool zs_tile_has_ray(const zs_tile *tile, uint32_t i, uint32_t j)
+{
+  return tile->rays_per_pixel == 1 || ((i ^ j) & 1) == 0;
 }
 
 /* Local coordinates of ray (i, j) of a tile. */

@@ -16,7 +16,7 @@ enum {
 enum { FIRST = 1, LAST = SAMPLES - 2 };
 
 /* How well a surface is located, and how far beneath it gradients are taken, in pixels. */
-static const double ROOT_TOLERANCE = 1.25e-4, INSET = 2e-3;
+static const double ROOT_TOLERANCE = 1e-3, INSET = 2e-3;
 
 /* How far beyond its place the surface is looked for, in tolerances, to have it between. */
 static const float ROOT_BEYOND = 0.4f;
