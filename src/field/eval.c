@@ -130,6 +130,11 @@ static void run(zs_eval *eval, const zs_program *program, const zs_frame *frame,
     for (unsigned k = 0; k < operation->arity; k++)
       arguments.in[k] = rows[program->registers[instruction->in[k]]];
     arguments.out = i == last ? result : rows[program->registers[i]];
+    arguments.siblings = zs_program_siblings(program, i);
+    for (unsigned k = 0; k < arguments.siblings; k++) {
+      arguments.sibling[k].data = program->instructions[++i].data;
+      arguments.sibling[k].out = i == last ? result : rows[program->registers[i]];
+    }
     const zs_kernels *kernels = operation->kernels[eval->isa];
     (gradients ? kernels->gradient : kernels->value)(&arguments);
   }
@@ -169,6 +174,19 @@ double zs_program_point(zs_eval *eval, const zs_program *program, const double p
   return value[program->count - 1];
 }
 
+/* A sibling has the inputs of the instruction whose arguments these are. */
+static void take_sibling(zs_eval *eval, const zs_program *program, uint32_t index,
+                         zs_bounds *result, zs_bounds_arguments *arguments, unsigned number)
+{
+  const zs_instruction *instruction = &program->instructions[index];
+  const zs_operation *operation = instruction->operation;
+  for (unsigned k = 0; operation->restricted && k < operation->arity; k++)
+    eval->regional[instruction->ordinal][k] = *arguments->in[k];
+  arguments->sibling[number].data = instruction->data;
+  arguments->sibling[number].out =
+    index == program->count - 1 ? result : &eval->bounds[program->registers[index]];
+}
+
 void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame *frame,
                        const zs_boxes *boxes, zs_bounds *result)
 {
@@ -192,7 +210,11 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
     arguments.choice = operation->choice ? &eval->choices[instruction->ordinal] : NULL;
     arguments.links = operation->chain ? &eval->links[instruction->ordinal] : NULL;
     arguments.out = i == last ? result : &eval->bounds[program->registers[i]];
+    arguments.siblings = zs_program_siblings(program, i);
+    for (unsigned k = 0; k < arguments.siblings; k++)
+      take_sibling(eval, program, i + 1 + k, result, &arguments, k);
     operation->kernels[eval->isa]->bounds(&arguments);
+    i += arguments.siblings;
   }
 }
 

@@ -143,18 +143,24 @@ static bool place_values(layers *w)
   return true;
 }
 
-/* Inputs that are not used may not have been computed: 0 times what is there need not be
- * 0. */
-static void run_instruction(const layers *w, uint32_t i, unsigned n)
+/* Run an instruction and its siblings; returns how many these are.  Inputs that are not used
+ * may not have been computed: 0 times what is there need not be 0. */
+static uint32_t run_instruction(const layers *w, uint32_t i, unsigned n)
 {
   const zs_instruction *instruction = &w->program->instructions[i];
   zs_block_arguments arguments = {.data = instruction->data,
                                   .frame = &w->lattice->frame,
                                   .n = n,
-                                  .out = w->at[i]};
+                                  .out = w->at[i],
+                                  .siblings = zs_program_siblings(w->program, i)};
   for (unsigned k = 0; k < instruction->operation->arity; k++)
     arguments.in[k] = w->at[w->used[i] >> k & 1 ? instruction->in[k] : 0];
+  for (unsigned k = 0; k < arguments.siblings; k++) {
+    arguments.sibling[k].data = instruction[k + 1].data;
+    arguments.sibling[k].out = w->at[i + k + 1];
+  }
   instruction->operation->kernels[w->eval->isa]->value(&arguments);
+  return 1 + arguments.siblings;
 }
 
 static void fill(float *block, unsigned n, float value)
@@ -171,22 +177,23 @@ static void run_by_z(const layers *w)
   memcpy(w->at[2], lattice->at[2], sizeof lattice->at[2]);
   for (unsigned k = lattice->count[2]; k < ZS_LATTICE_SIDE; k++)
     w->at[2][k] = lattice->at[2][lattice->count[2] - 1];
-  for (uint32_t i = ZS_COORDINATES; i < w->program->count; i++) {
-    if (w->on[i] != ON_Z)
+  for (uint32_t i = ZS_COORDINATES; i < w->program->count;) {
+    if (w->on[i] != ON_Z) {
+      i++;
       continue;
-    run_instruction(w, i, ZS_LATTICE_SIDE);
-    memcpy(w->by_z[(w->at[i] - w->eval->kept) / ZS_BLOCK], w->at[i], sizeof *w->by_z);
+    }
+    for (uint32_t end = i + run_instruction(w, i, ZS_LATTICE_SIDE); i < end; i++)
+      memcpy(w->by_z[(w->at[i] - w->eval->kept) / ZS_BLOCK], w->at[i], sizeof *w->by_z);
   }
 }
 
 static void run_layer(const layers *w, unsigned k, unsigned n)
 {
   fill(w->at[2], n, w->lattice->at[2][k]);
-  for (uint32_t i = ZS_COORDINATES; i < w->program->count; i++) {
+  for (uint32_t i = ZS_COORDINATES; i < w->program->count;) {
     if (w->on[i] == ON_Z)
       fill(w->at[i], n, w->by_z[(w->at[i] - w->eval->kept) / ZS_BLOCK][k]);
-    else if (w->on[i] & ON_Z)
-      run_instruction(w, i, n);
+    i += w->on[i] != ON_Z && w->on[i] & ON_Z ? run_instruction(w, i, n) : 1;
   }
 }
 
@@ -199,9 +206,8 @@ static void run_layers(layers *w, float *f)
     w->at[k] = w->eval->block + (size_t)k * ZS_BLOCK;
   fill_points(lattice, &layer, w->at[0], w->at[1], w->at[2]);
   const unsigned n = zs_pad_points(point_count(&layer), w->at[0], w->at[1], w->at[2]);
-  for (uint32_t i = ZS_COORDINATES; i < w->program->count; i++)
-    if (!(w->on[i] & ON_Z))
-      run_instruction(w, i, n);
+  for (uint32_t i = ZS_COORDINATES; i < w->program->count;)
+    i += w->on[i] & ON_Z ? 1 : run_instruction(w, i, n);
   run_by_z(w);
   for (unsigned k = 0; k < lattice->count[2]; k++) {
     run_layer(w, k, n);

@@ -16,6 +16,7 @@ enum {
   ZS_BLOCK = 256,          /* points of a block */
   ZS_LANES = 16,           /* boxes evaluated together */
   ZS_MAXIMUM_INPUTS = 4,
+  ZS_MAXIMUM_SIBLINGS = 2, /* of an instruction, besides itself */
   ZS_MAXIMUM_CHOICES = 3   /* inputs that an operation chooses among */
 };
 
@@ -64,6 +65,12 @@ typedef struct zs_block_arguments {
   unsigned n;
   const float *in[ZS_MAXIMUM_INPUTS];
   float *out;
+  /* Results of siblings of the instruction, to be found along with its own. */
+  unsigned siblings;
+  struct {
+    const void *data;
+    float *out;
+  } sibling[ZS_MAXIMUM_SIBLINGS];
 } zs_block_arguments;
 
 typedef struct zs_bounds_arguments {
@@ -74,6 +81,11 @@ typedef struct zs_bounds_arguments {
   zs_choice *choice; /* zeroed; NULL for operations without a choice */
   zs_choice *links;  /* of a chain: by link, between the value so far and the link */
   zs_demand demand;  /* of the result */
+  unsigned siblings; /* as of a block */
+  struct {
+    const void *data;
+    zs_bounds *out;
+  } sibling[ZS_MAXIMUM_SIBLINGS];
 } zs_bounds_arguments;
 
 /* Hot loops, built once per instruction set. */
@@ -115,6 +127,14 @@ typedef struct zs_operation {
    * `arena`, or `data` itself when it would not be much cheaper.  Optional. */
   const void *(*restricted)(const void *data, const float lo[ZS_MAXIMUM_INPUTS],
                             const float hi[ZS_MAXIMUM_INPUTS], zs_arena *arena);
+  /* Whether instructions with such data, next to each other and with the same inputs, are
+   * cheaper together: the components of one vector, as a rule.  They are siblings then, and the
+   * kernels find all their results when they are called for the first.  Optional, for operations
+   * that use all their inputs. */
+  bool (*are_siblings)(const void *data, const void *other);
+  /* With both: `data` restricted as a sibling was, to the same box. */
+  const void *(*restricted_like)(const void *data, const void *sibling,
+                                 const void *restricted_sibling, zs_arena *arena);
 } zs_operation;
 
 /* Declare the kernel tables of an operation family in NAME.kernel.c, which is

@@ -193,19 +193,27 @@ static bool is_regional(const zs_operation *operation)
   return operation->restricted && !operation->chain && !operation->choice;
 }
 
+/* Siblings are restricted alike, to stay siblings. */
 bool zs_shortener_restrict(zs_shortener *shortener, const zs_instruction *instructions,
                            unsigned lane, const zs_bounds (*regional)[ZS_MAXIMUM_INPUTS],
                            zs_arena *arena)
 {
   bool changed = false;
+  const zs_instruction *last = NULL; /* of those with a regional form */
   for (uint32_t e = 0; e < shortener->step_count[lane]; e++) {
     const uint32_t step = shortener->steps[lane][e];
     const zs_instruction *instruction = &instructions[step_index(step)];
     if (step_fate(step) < KEPT || !is_regional(instruction->operation))
       continue;
-    const void *data = restricted_data(instruction, lane, regional[instruction->ordinal], arena);
+    const zs_operation *operation = instruction->operation;
+    const void *data =
+      last == instruction + 1 && zs_instructions_are_siblings(instruction, last)
+        ? operation->restricted_like(instruction->data, last->data,
+                                     shortener->data[last->ordinal], arena)
+        : restricted_data(instruction, lane, regional[instruction->ordinal], arena);
     shortener->data[instruction->ordinal] = data;
     changed = changed || data != instruction->data;
+    last = instruction;
   }
   return changed;
 }

@@ -4,6 +4,8 @@
 
 #include "field/operation.h"
 
+#include <string.h>
+
 typedef struct zs_instruction {
   const zs_operation *operation;
   const void *data;
@@ -18,6 +20,13 @@ typedef struct zs_instruction {
  * caller's arrays are their registers. */
 enum { ZS_COORDINATES = 3 };
 
+/* Whether two instructions that stand next to each other are siblings (operation.h). */
+static inline bool zs_instructions_are_siblings(const zs_instruction *a, const zs_instruction *b)
+{
+  return a->operation == b->operation && a->operation->are_siblings &&
+         !memcmp(a->in, b->in, sizeof a->in) && a->operation->are_siblings(a->data, b->data);
+}
+
 /* Immutable.  A regional program is valid for points of its box only, and for
  * requests no stronger than its own. */
 typedef struct zs_program {
@@ -26,6 +35,17 @@ typedef struct zs_program {
   uint32_t count, register_count, choice_count, regional_count, link_count;
   zs_request request;
 } zs_program;
+
+/* How many of the instructions behind one are its siblings. */
+static inline unsigned zs_program_siblings(const zs_program *program, uint32_t index)
+{
+  const zs_instruction *first = &program->instructions[index];
+  unsigned count = 0;
+  while (first->operation->are_siblings && count < ZS_MAXIMUM_SIBLINGS &&
+         index + count + 1 < program->count && zs_instructions_are_siblings(first, first + count + 1))
+    count++;
+  return count;
+}
 
 /* How many steps a program takes for a block: instructions, and links of chains. */
 static inline uint32_t zs_program_length(const zs_program *program)

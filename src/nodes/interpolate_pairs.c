@@ -272,18 +272,19 @@ zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *fl
                                   : zs_emit(compiler, ZS_FUNCTION_SUBTRACT,
                                             zs_emit_constant(compiler, 1), motion, 0);
   const zs_value when = flows->centers == ZS_CENTERS_FIXED ? zs_emit_constant(compiler, 0) : motion;
-  zs_value moved[3];
-  for (int k = 0; k < 3; k++) {
+  const zs_value x = zs_emit_coordinate(compiler, &own, 0);
+  const zs_value y = zs_emit_coordinate(compiler, &own, 1);
+  zs_value moved[3], way[2];
+  for (int k = 0; k < 3; k++)
     moved[k] = zs_emit_coordinate(compiler, at, k);
-    if (k == 2)
-      continue;
+  for (int k = 0; k < 2; k++) { /* next to each other: siblings */
     const zs_flow_part data = {.flow = flow, .component = k};
-    zs_value way = zs_emit_operation(compiler, &zs_flow_operation, &data,
-                                     zs_emit_coordinate(compiler, &own, 0),
-                                     zs_emit_coordinate(compiler, &own, 1), when);
-    way = zs_emit(compiler, ZS_FUNCTION_MULTIPLY, part, way, 0);
+    way[k] = zs_emit_operation(compiler, &zs_flow_operation, &data, x, y, when);
+  }
+  for (int k = 0; k < 2; k++) {
+    way[k] = zs_emit(compiler, ZS_FUNCTION_MULTIPLY, part, way[k], 0);
     moved[k] = zs_emit(compiler, side == 0 ? ZS_FUNCTION_SUBTRACT : ZS_FUNCTION_ADD, moved[k],
-                       zs_emit_scaled(compiler, way, flow->size), 0);
+                       zs_emit_scaled(compiler, way[k], flow->size), 0);
   }
   return zs_coordinates_from(moved[0], moved[1], moved[2]);
 }

@@ -384,6 +384,11 @@ static bool prepare_inverse(zs_compiler *compiler, const zs_node *node, zs_warp 
          zs_fail_memory(diag);
 }
 
+static bool moves_along(const zs_warp *warp, int axis)
+{
+  return warp->all.lo[axis] != 0 || warp->all.hi[axis] != 0;
+}
+
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct lattice_warp *p = node->parameters;
@@ -402,19 +407,20 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
     inverse[4 * k + 3] = -p->min[k] / spacing_of(p, k);
   }
   const zs_coordinates own = zs_coordinates_affine(at, inverse);
-  zs_value in[3], moved[3];
+  zs_value in[3], by[3] = {0}, moved[3];
   for (int k = 0; k < 3; k++)
     in[k] = zs_emit_coordinate(compiler, &own, k);
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < 3; k++)
     moved[k] = zs_emit_coordinate(compiler, at, k);
-    if (warp->all.lo[k] == 0 && warp->all.hi[k] == 0)
-      continue;
+  for (int k = 0; k < 3; k++) { /* next to each other: siblings */
     const zs_warp_part part = {.warp = warp, .component = k};
-    const zs_value by =
-      zs_emit_operation(compiler, &zs_warp_operation, &part, in[0], in[1], in[2]);
-    moved[k] = zs_emit(compiler, ZS_FUNCTION_ADD, moved[k],
-                       zs_emit_scaled(compiler, by, spacing_of(p, k)), 0);
+    if (moves_along(warp, k))
+      by[k] = zs_emit_operation(compiler, &zs_warp_operation, &part, in[0], in[1], in[2]);
   }
+  for (int k = 0; k < 3; k++)
+    if (moves_along(warp, k))
+      moved[k] = zs_emit(compiler, ZS_FUNCTION_ADD, moved[k],
+                         zs_emit_scaled(compiler, by[k], spacing_of(p, k)), 0);
   const zs_coordinates child = zs_coordinates_from(moved[0], moved[1], moved[2]);
   return zs_children_emit(compiler, node, &child);
 }

@@ -61,25 +61,25 @@ static void add_up(const zs_flow *flow, size_t interval, const polynomials *p, s
   }
 }
 
-static void fill(const zs_flow *flow, int component, size_t interval, const polynomials *p,
-                 zs_flow_state *state)
+static void fill(const zs_flow *flow, size_t interval, const polynomials *p, zs_flow_state *state)
 {
-  const size_t n = flow->centres, own = (size_t)component * (n + 3);
-  add_up(flow, interval, p, own, n, false, state->weight);
-  add_up(flow, interval, p, own + n, 3, false, state->polynomial);
+  const size_t n = flow->centres;
+  for (size_t k = 0; k < 2; k++) {
+    add_up(flow, interval, p, k * (n + 3), n, false, state->weight[k]);
+    add_up(flow, interval, p, k * (n + 3) + n, 3, false, state->polynomial[k]);
+  }
   add_up(flow, interval, p, 2 * n + 6, n, true, state->x);
   add_up(flow, interval, p, 3 * n + 6, n, true, state->y);
 }
 
-void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *value,
-                zs_flow_state *slope)
+void zs_flow_at(const zs_flow *flow, double s, zs_flow_state *value, zs_flow_state *slope)
 {
   const size_t interval = zs_flow_interval(flow, s);
   polynomials slopes;
   const polynomials values = polynomials_at(flow, interval, s, slope ? &slopes : NULL);
-  fill(flow, component, interval, &values, value);
+  fill(flow, interval, &values, value);
   if (slope)
-    fill(flow, component, interval, &slopes, slope);
+    fill(flow, interval, &slopes, slope);
 }
 
 /* ---- The value ------------------------------------------------------------------- */
@@ -87,20 +87,21 @@ void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *val
 double zs_flow_value(const zs_flow *flow, int component, const double at[3], double slope[3])
 {
   zs_flow_state v, d;
-  zs_flow_at(flow, component, clamped(at[2]), &v, &d);
+  zs_flow_at(flow, clamped(at[2]), &v, &d);
   const double x = at[0], y = at[1];
-  double f = v.polynomial[0] + v.polynomial[1] * x + v.polynomial[2] * y;
-  double g[3] = {v.polynomial[1], v.polynomial[2],
-                 d.polynomial[0] + d.polynomial[1] * x + d.polynomial[2] * y};
+  const double *p = v.polynomial[component], *p_slope = d.polynomial[component];
+  const double *weight = v.weight[component], *weight_slope = d.weight[component];
+  double f = p[0] + p[1] * x + p[2] * y;
+  double g[3] = {p[1], p[2], p_slope[0] + p_slope[1] * x + p_slope[2] * y};
   for (size_t i = 0; i < flow->centres; i++) {
     const double ux = x - v.x[i], uy = y - v.y[i], r2 = ux * ux + uy * uy;
     if (r2 == 0)
       continue;
-    const double l = log(r2), steep = v.weight[i] * (l + 1);
-    f += v.weight[i] * 0.5 * r2 * l;
+    const double l = log(r2), steep = weight[i] * (l + 1);
+    f += weight[i] * 0.5 * r2 * l;
     g[0] += steep * ux;
     g[1] += steep * uy;
-    g[2] += d.weight[i] * 0.5 * r2 * l - steep * (ux * d.x[i] + uy * d.y[i]);
+    g[2] += weight_slope[i] * 0.5 * r2 * l - steep * (ux * d.x[i] + uy * d.y[i]);
   }
   if (slope) {
     memcpy(slope, g, sizeof g);
@@ -127,6 +128,12 @@ static double reference(const void *data, const double in[])
   return isnan(in[0] + in[1] + in[2]) ? NAN : zs_flow_value(part->flow, part->component, in, NULL);
 }
 
+static bool are_siblings(const void *data, const void *other)
+{
+  const zs_flow_part *a = data, *b = other;
+  return a->flow == b->flow && a->local == b->local;
+}
+
 ZS_DEFINE_KERNEL_TABLE(zs_flow_kernels)
 
 const zs_operation zs_flow_operation = {.name = "flow",
@@ -134,4 +141,6 @@ const zs_operation zs_flow_operation = {.name = "flow",
                                         .data_size = sizeof(zs_flow_part),
                                         .kernels = zs_flow_kernels_table,
                                         .reference = reference,
-                                        .restricted = zs_flow_restricted};
+                                        .restricted = zs_flow_restricted,
+                                        .are_siblings = are_siblings,
+                                        .restricted_like = zs_flow_restricted_like};

@@ -79,15 +79,17 @@ zs_flow_result zs_flow_new(zs_flow **flow, const zs_flow_path *paths, size_t cou
                            zs_flow_way way, zs_flow_meeting *meeting);
 void zs_flow_free(void *flow);
 
-/* One component within a box: every channel a polynomial of (s - middle) / half. */
+/* A flow within a box: every channel a polynomial of (s - middle) / half. */
 typedef struct zs_flow_local {
   float middle, half;
   int weights, places; /* coefficients, of weights and the plane's polynomial, and of places */
-  /* By powers: the polynomial's three, then of each centre the weight, x and y. */
+  /* By powers: the polynomials' three of both components, then of each centre both weights, x
+   * and y. */
   const float *table;
 } zs_flow_local;
 
-/* One component of the displacement, as data of the operation. */
+/* One component of the displacement, as data of the operation.  Both of one flow are
+ * siblings. */
 typedef struct zs_flow_part {
   const zs_flow *flow;
   const zs_flow_local *local; /* NULL: nothing is known of where points are */
@@ -104,21 +106,30 @@ extern const zs_operation zs_flow_operation;
 
 /* ---- For the kernels ------------------------------------------------------ */
 
-/* The channels of one component at some s, and their derivatives by s. */
+/* The channels at some s, and their derivatives by s; weights and polynomials by component. */
 typedef struct zs_flow_state {
-  double weight[ZS_FLOW_MOST + ZS_FLOW_HELPERS], x[ZS_FLOW_MOST + ZS_FLOW_HELPERS],
-    y[ZS_FLOW_MOST + ZS_FLOW_HELPERS], polynomial[3];
+  double weight[2][ZS_FLOW_MOST + ZS_FLOW_HELPERS], polynomial[2][3];
+  double x[ZS_FLOW_MOST + ZS_FLOW_HELPERS], y[ZS_FLOW_MOST + ZS_FLOW_HELPERS];
 } zs_flow_state;
-void zs_flow_at(const zs_flow *flow, int component, double s, zs_flow_state *value,
-                zs_flow_state *slope);
+void zs_flow_at(const zs_flow *flow, double s, zs_flow_state *value, zs_flow_state *slope);
 
 /* Which of the intervals holds s, which is between 0 and 1. */
 size_t zs_flow_interval(const zs_flow *flow, double s);
 
 /* The part for a box, or `data` itself where that would not be shorter, or single precision
- * not enough. */
+ * not enough; and the other component's when one is known. */
 const void *zs_flow_restricted(const void *data, const float lo[], const float hi[],
                                zs_arena *arena);
+const void *zs_flow_restricted_like(const void *data, const void *sibling,
+                                    const void *restricted_sibling, zs_arena *arena);
+
+/* Where the results of an instruction and its siblings go, by component; NULL: not wanted. */
+#define ZS_FLOW_OUTPUTS(type, name, arguments) \
+  type *name[2] = {NULL, NULL}; \
+  name[((const zs_flow_part *)(arguments)->data)->component] = (arguments)->out; \
+  for (unsigned sibling_ = 0; sibling_ < (arguments)->siblings; sibling_++) \
+    name[((const zs_flow_part *)(arguments)->sibling[sibling_].data)->component] = \
+      (arguments)->sibling[sibling_].out
 
 ZS_DECLARE_KERNELS(zs_flow_kernels)
 ZS_DECLARE_KERNELS(zs_flow_local_kernels) /* values and bounds of parts for a box */

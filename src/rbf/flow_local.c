@@ -9,8 +9,8 @@ enum {
   SHORT = 3  /* coefficients that are few enough for every smaller box */
 };
 
-/* What polynomials may leave out of a displacement, by the flow's size. */
-static const double LEFT_OUT = 1e-7;
+/* What polynomials may leave out of both components of a displacement, by the flow's size. */
+static const double LEFT_OUT = 2e-7;
 /* What single precision costs, and may cost. */
 static const double ROUNDING = 6e-8, MOST_ROUNDING = 1e-6;
 /* Half of the largest range of s, and the largest x and y, that are worth a try. */
@@ -18,8 +18,8 @@ static const float WIDEST = 0.12f, FARTHEST = 8;
 /* Polynomials over ranges of s larger than this part of others will hardly be shorter. */
 static const float SMALLER = 0.4f;
 
-/* Rows of numbers, one of each channel: the polynomial's three, then weights, x and y of the
- * centres. */
+/* Rows of numbers, one of each channel, in the order of a flow's: of both components the weights
+ * of the centres and the polynomial's three, then x and y of the centres. */
 typedef struct rows {
   size_t centres, channels;
   int count;          /* 1 or NODES */
@@ -27,10 +27,22 @@ typedef struct rows {
   double *out[NODES];
 } rows;
 
+static size_t place_channel(const rows *r, size_t centre)
+{
+  return 2 * (r->centres + 3) + centre;
+}
+
+/* The larger weight of a centre. */
+static double weight_of(const rows *r, size_t centre)
+{
+  return fmax(fabs(r->out[0][centre]), fabs(r->out[0][r->centres + 3 + centre]));
+}
+
 /* What a channel's coefficient counts for, which is that of a place by the weight of its centre. */
 static double importance(const rows *r, size_t channel)
 {
-  return channel < 3 + r->centres ? 1 : fabs(r->out[0][3 + (channel - 3) % r->centres]);
+  const size_t first = place_channel(r, 0);
+  return channel < first ? 1 : weight_of(r, (channel - first) % r->centres);
 }
 
 /* ---- Within one interval ------------------------------------------------------------- */
@@ -71,32 +83,28 @@ static void expand_channels(const zs_flow *flow, const double *table, size_t cou
 }
 
 /* The i-th coefficients of all channels. */
-static void expand_row(const rows *r, const zs_flow_part *part, size_t interval,
-                       const expansions *e, int i, double *out)
+static void expand_row(const rows *r, const zs_flow *flow, size_t interval, const expansions *e,
+                       int i, double *out)
 {
-  const zs_flow *flow = part->flow;
-  const size_t n = r->centres;
+  const size_t places = place_channel(r, 0);
   const double *table = flow->table + interval * ZS_FLOW_ORDER * flow->channels;
-  const double *own = table + (size_t)part->component * (n + 3);
-  expand_channels(flow, own + n, 3, flow->used[0], e, i, out);
-  expand_channels(flow, own, n, flow->used[0], e, i, out + 3);
-  expand_channels(flow, table + 2 * n + 6, 2 * n, flow->used[1], e, i, out + 3 + n);
+  expand_channels(flow, table, places, flow->used[0], e, i, out);
+  expand_channels(flow, table + places, 2 * r->centres, flow->used[1], e, i, out + places);
 }
 
 /* The polynomials from the series of an interval that the range lies in.  False when there would
  * have to be more coefficients. */
-static bool expand(rows *r, const zs_flow_part *part, size_t interval, double middle, double half)
+static bool expand(rows *r, const zs_flow *flow, size_t interval, double middle, double half)
 {
-  const zs_flow *flow = part->flow;
   const int most = flow->used[0] > flow->used[1] ? flow->used[0] : flow->used[1];
   const double from = flow->ends[interval], scale = 2 / (flow->ends[interval + 1] - from);
   expansions e;
   find_expansions(scale * (middle - from) - 1, scale * half, most, &e);
   for (int i = 0; i < r->count; i++)
-    expand_row(r, part, interval, &e, i, r->out[i]);
+    expand_row(r, flow, interval, &e, i, r->out[i]);
   double rest = 0;
   for (int i = r->count; i < most && half > 0; i++) {
-    expand_row(r, part, interval, &e, i, r->row[0]);
+    expand_row(r, flow, interval, &e, i, r->row[0]);
     for (size_t c = 0; c < r->channels; c++)
       rest += importance(r, c) * fabs(r->row[0][c]);
   }
@@ -133,32 +141,34 @@ static void transform(rows *r)
 }
 
 /* All channels at some s. */
-static void evaluate(const rows *r, const zs_flow_part *part, double s, double *out)
+static void evaluate(const rows *r, const zs_flow *flow, double s, double *out)
 {
   zs_flow_state state;
   const size_t n = r->centres;
-  zs_flow_at(part->flow, part->component, fmin(fmax(s, 0), 1), &state, NULL);
-  memcpy(out, state.polynomial, sizeof state.polynomial);
-  memcpy(out + 3, state.weight, n * sizeof(double));
-  memcpy(out + 3 + n, state.x, n * sizeof(double));
-  memcpy(out + 3 + 2 * n, state.y, n * sizeof(double));
+  zs_flow_at(flow, fmin(fmax(s, 0), 1), &state, NULL);
+  for (size_t k = 0; k < 2; k++) {
+    memcpy(out + k * (n + 3), state.weight[k], n * sizeof(double));
+    memcpy(out + k * (n + 3) + n, state.polynomial[k], sizeof state.polynomial[k]);
+  }
+  memcpy(out + place_channel(r, 0), state.x, n * sizeof(double));
+  memcpy(out + place_channel(r, n), state.y, n * sizeof(double));
 }
 
 /* The polynomials, by values at the nodes of a range of s. */
-static void interpolate(rows *r, const zs_flow_part *part, double middle, double half)
+static void interpolate(rows *r, const zs_flow *flow, double middle, double half)
 {
   for (int k = 0; k < r->count; k++)
-    evaluate(r, part, r->count == 1 ? middle : middle + half * node_cosine(1, k), r->row[k]);
+    evaluate(r, flow, r->count == 1 ? middle : middle + half * node_cosine(1, k), r->row[k]);
   transform(r);
 }
 
 /* The paths of anchors have corners in their second derivatives, where values at nodes can
  * only be off when they are off at the ends too. */
-static bool holds_at_ends(const rows *r, const zs_flow_part *part, double middle, double half)
+static bool holds_at_ends(const rows *r, const zs_flow *flow, double middle, double half)
 {
   for (int end = -1; end <= 1 && r->count > 1; end += 2) {
     double rest = 0;
-    evaluate(r, part, middle + end * half, r->row[0]);
+    evaluate(r, flow, middle + end * half, r->row[0]);
     for (size_t i = 0; i < r->channels; i++) {
       double sum = 0;
       for (int k = 0; k < r->count; k++)
@@ -172,14 +182,14 @@ static bool holds_at_ends(const rows *r, const zs_flow_part *part, double middle
 }
 
 /* The polynomials of a range of s; false when these are not short. */
-static bool find_polynomials(rows *r, const zs_flow_part *part, double middle, double half)
+static bool find_polynomials(rows *r, const zs_flow *flow, double middle, double half)
 {
   static const double WITHIN = 1 - 1e-6; /* rounding does not lead to the next interval */
-  const size_t interval = zs_flow_interval(part->flow, middle - WITHIN * half);
-  if (interval == zs_flow_interval(part->flow, middle + WITHIN * half))
-    return expand(r, part, interval, middle, half);
-  interpolate(r, part, middle, half);
-  return holds_at_ends(r, part, middle, half);
+  const size_t interval = zs_flow_interval(flow, middle - WITHIN * half);
+  if (interval == zs_flow_interval(flow, middle + WITHIN * half))
+    return expand(r, flow, interval, middle, half);
+  interpolate(r, flow, middle, half);
+  return holds_at_ends(r, flow, middle, half);
 }
 
 /* ---- The table ------------------------------------------------------------------------ */
@@ -191,39 +201,40 @@ static double steepness(double far)
   return fmax(0.19, far * far * l) + fmax(0.45, far * (2 * l + 1));
 }
 
-/* Whether single precision will do in a box: terms are not much larger than their sum. */
+/* Whether single precision will do in a box: terms are not much larger than their sum, in either
+ * component. */
 static bool is_precise(const rows *r, const float lo[], const float hi[])
 {
-  const double *weight = r->out[0] + 3, *x = weight + r->centres, *y = x + r->centres;
-  double sum = 0;
+  const double *x = r->out[0] + place_channel(r, 0), *y = x + r->centres;
+  double sum[2] = {0, 0};
   for (size_t i = 0; i < r->centres; i++) {
     const double dx = fmax(fabs((double)lo[0] - x[i]), fabs((double)hi[0] - x[i]));
     const double dy = fmax(fabs((double)lo[1] - y[i]), fabs((double)hi[1] - y[i]));
-    sum += fabs(weight[i]) * steepness(sqrt(dx * dx + dy * dy));
+    const double steep = steepness(sqrt(dx * dx + dy * dy));
+    for (size_t k = 0; k < 2; k++)
+      sum[k] += fabs(r->out[0][k * (r->centres + 3) + i]) * steep;
   }
-  return sum * ROUNDING < MOST_ROUNDING;
+  return fmax(sum[0], sum[1]) * ROUNDING < MOST_ROUNDING;
 }
 
 /* How many coefficients are needed, of weights and the polynomial or of places. */
 static int count_needed(const rows *r, bool places)
 {
   double rest = 0;
+  const size_t from = places ? place_channel(r, 0) : 0;
+  const size_t to = places ? r->channels : place_channel(r, 0);
   for (int k = r->count - 1; k > 0; k--) {
-    for (size_t i = 0; i < r->centres; i++) {
-      const double *of = r->out[k] + 3 + i;
-      rest += places ? fabs(r->out[0][3 + i]) * (fabs(of[r->centres]) + fabs(of[2 * r->centres]))
-                     : fabs(of[0]);
-    }
-    for (size_t i = 0; i < 3 && !places; i++)
-      rest += fabs(r->out[k][i]);
+    for (size_t c = from; c < to; c++)
+      rest += importance(r, c) * fabs(r->out[k][c]);
     if (!(rest <= LEFT_OUT))
       return k + 1;
   }
   return 1;
 }
 
-/* The first `count` coefficients of a channel, of powers. */
-static float *put_powers(const rows *r, size_t channel, int count, float *out)
+/* Coefficients of powers, in the place of values, from the first `count` of Chebyshev's, of the
+ * channels first <= c < end. */
+static void find_powers(rows *r, size_t first, size_t end, int count)
 {
   static const double powers[NODES - 1][NODES - 1] = {
     {1},
@@ -234,29 +245,45 @@ static float *put_powers(const rows *r, size_t channel, int count, float *out)
     {0, 5, 0, -20, 0, 16},
     {-1, 0, 18, 0, -48, 0, 32}};
   for (int i = 0; i < count; i++) {
-    double sum = 0;
-    for (int k = i; k < count; k++)
-      sum += r->out[k][channel] * powers[k][i];
-    *out++ = (float)sum;
+    double *restrict sums = r->row[i];
+    memset(sums + first, 0, (end - first) * sizeof *sums);
+    for (int k = i; k < count; k += 2) { /* odd or even like the polynomial */
+      const double by = powers[k][i];
+      const double *restrict series = r->out[k];
+#pragma omp simd
+      for (size_t c = first; c < end; c++)
+        sums[c] += by * series[c];
+    }
   }
+}
+
+static float *put_channel(const rows *r, size_t channel, int count, float *out)
+{
+  for (int i = 0; i < count; i++)
+    *out++ = (float)r->row[i][channel];
   return out;
 }
 
-static void put_table(const rows *r, const zs_flow_local *local, float *out)
+static void put_table(rows *r, const zs_flow_local *local, float *out)
 {
-  for (size_t i = 0; i < 3; i++)
-    out = put_powers(r, i, local->weights, out);
-  for (size_t i = 3; i < 3 + r->centres; i++) {
-    out = put_powers(r, i, local->weights, out);
-    out = put_powers(r, i + r->centres, local->places, out);
-    out = put_powers(r, i + 2 * r->centres, local->places, out);
+  const size_t n = r->centres, places = place_channel(r, 0);
+  find_powers(r, 0, places, local->weights);
+  find_powers(r, places, r->channels, local->places);
+  for (size_t k = 0; k < 2; k++)
+    for (size_t i = 0; i < 3; i++)
+      out = put_channel(r, k * (n + 3) + n + i, local->weights, out);
+  for (size_t i = 0; i < n; i++) {
+    out = put_channel(r, i, local->weights, out);
+    out = put_channel(r, n + 3 + i, local->weights, out);
+    out = put_channel(r, places + i, local->places, out);
+    out = put_channel(r, places + n + i, local->places, out);
   }
 }
 
 /* False when memory is out. */
 static bool make_rows(rows *r, size_t centres, int count, zs_arena *arena)
 {
-  *r = (rows){.centres = centres, .channels = 3 + 3 * centres, .count = count};
+  *r = (rows){.centres = centres, .channels = 6 + 4 * centres, .count = count};
   double *numbers = zs_arena_reserve(arena, 2 * (size_t)count * r->channels, sizeof *numbers);
   for (int k = 0; k < count && numbers; k++) {
     r->row[k] = numbers + 2 * (size_t)k * r->channels;
@@ -287,12 +314,12 @@ const void *zs_flow_restricted(const void *data, const float lo[], const float h
   const double middle = (double)found.middle, half = (double)found.half;
   zs_flow_part *own = ZS_ARENA_NEW(arena, zs_flow_part, 1);
   zs_flow_local *local = ZS_ARENA_NEW(arena, zs_flow_local, 1);
-  float *table = zs_arena_reserve(arena, (3 + 3 * n) * NODES, sizeof *table);
+  float *table = zs_arena_reserve(arena, (6 + 4 * n) * NODES, sizeof *table);
   const zs_arena_mark mark = zs_arena_mark_here(arena);
   rows r;
   if (!own || !local || !table || !make_rows(&r, n, half > 0 ? NODES : 1, arena))
     return data;
-  const bool whole = find_polynomials(&r, part, middle, half);
+  const bool whole = find_polynomials(&r, part->flow, middle, half);
   found.weights = count_needed(&r, false);
   found.places = count_needed(&r, true);
   found.table = table;
@@ -304,4 +331,14 @@ const void *zs_flow_restricted(const void *data, const float lo[], const float h
   *local = found;
   *own = (zs_flow_part){part->flow, local, part->component, 0};
   return good ? own : data;
+}
+
+const void *zs_flow_restricted_like(const void *data, const void *sibling,
+                                    const void *restricted_sibling, zs_arena *arena)
+{
+  const zs_flow_part *part = data, *like = restricted_sibling;
+  zs_flow_part *own = restricted_sibling == sibling ? NULL : ZS_ARENA_NEW(arena, zs_flow_part, 1);
+  if (own)
+    *own = (zs_flow_part){part->flow, like->local, part->component, 0};
+  return own ? own : data;
 }

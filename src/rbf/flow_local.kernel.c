@@ -54,42 +54,51 @@ ZS_INLINE void polynomial(const float **table, int count, const zs_lanes t[PARTS
       sum[p] = zs_lanes_multiply_add(sum[p], t[p], zs_lanes_all(c[k]));
 }
 
-/* ZS_LANES points. */
-static void add_all(const zs_flow_part *part, const float *x, const float *y, const float *s,
-                    float *out)
+/* ZS_LANES points, from `first` on. */
+static void add_all(const zs_flow_part *part, const float *const in[3], unsigned first,
+                    float *const out[2])
 {
+  const float *x = in[0] + first, *y = in[1] + first, *s = in[2] + first;
   const zs_flow_local *local = part->local;
   const float *table = local->table;
   const float inverse = local->half > 0 ? 1 / local->half : 0;
-  zs_lanes at_x[PARTS], at_y[PARTS], t[PARTS], sum[PARTS], c[3][PARTS];
+  zs_lanes at_x[PARTS], at_y[PARTS], t[PARTS], unknown[PARTS], sum[2][PARTS], c[4][PARTS];
   for (int p = 0; p < PARTS; p++) {
     at_x[p] = zs_lanes_load(x + p * ZS_WIDTH);
     at_y[p] = zs_lanes_load(y + p * ZS_WIDTH);
     const zs_lanes height = zs_lanes_load(s + p * ZS_WIDTH);
     t[p] = (zs_lanes_clamped(height, zs_lanes_all(0), zs_lanes_all(1)) - local->middle) * inverse;
+    unknown[p] = 0 * height; /* keeps NaN */
   }
-  for (int k = 0; k < 3; k++)
-    polynomial(&table, local->weights, t, c[k]);
-  for (int p = 0; p < PARTS; p++)
-    sum[p] = c[0][p] + c[1][p] * at_x[p] + c[2][p] * at_y[p];
+  for (int component = 0; component < 2; component++) {
+    for (int k = 0; k < 3; k++)
+      polynomial(&table, local->weights, t, c[k]);
+    for (int p = 0; p < PARTS; p++)
+      sum[component][p] = c[0][p] + c[1][p] * at_x[p] + c[2][p] * at_y[p];
+  }
   for (size_t i = 0; i < part->flow->centres; i++) {
     polynomial(&table, local->weights, t, c[0]);
-    polynomial(&table, local->places, t, c[1]);
+    polynomial(&table, local->weights, t, c[1]);
     polynomial(&table, local->places, t, c[2]);
+    polynomial(&table, local->places, t, c[3]);
     for (int p = 0; p < PARTS; p++) {
-      const zs_lanes ux = at_x[p] - c[1][p], uy = at_y[p] - c[2][p];
+      const zs_lanes ux = at_x[p] - c[2][p], uy = at_y[p] - c[3][p];
       const zs_lanes r2 = zs_lanes_multiply_add(ux, ux, uy * uy);
-      sum[p] = zs_lanes_multiply_add(c[0][p] * r2, 0.5f * logarithm(r2), sum[p]);
+      const zs_lanes phi = r2 * (0.5f * logarithm(r2));
+      for (int component = 0; component < 2; component++)
+        sum[component][p] = zs_lanes_multiply_add(c[component][p], phi, sum[component][p]);
     }
   }
-  for (int p = 0; p < PARTS; p++) /* keeps NaN */
-    zs_lanes_store(out + p * ZS_WIDTH, sum[p] + 0 * zs_lanes_load(s + p * ZS_WIDTH));
+  for (int component = 0; component < 2; component++)
+    for (int p = 0; p < PARTS && out[component]; p++)
+      zs_lanes_store(out[component] + first + p * ZS_WIDTH, sum[component][p] + unknown[p]);
 }
 
 static void value(const zs_block_arguments *a)
 {
+  ZS_FLOW_OUTPUTS(float, out, a);
   for (unsigned i = 0; i < a->n; i += ZS_LANES)
-    add_all(a->data, a->in[0] + i, a->in[1] + i, a->in[2] + i, a->out + i);
+    add_all(a->data, a->in, i, out);
 }
 
 /* ---- Bounds ---------------------------------------------------------------------- */
@@ -162,36 +171,50 @@ ZS_INLINE zs_lanes plane_tangent(const float **table, int count, const boxes *b,
             c[2].reach.second * zs_lanes_absolute(b->at[1]));
 }
 
-/* Add the term of the next centre to the tangent; returns how far from it the term gets. */
-ZS_INLINE zs_lanes term_tangent(const float **table, const zs_flow_local *local, const boxes *b,
-                                tangent *t)
+/* Add the terms of the next centre to the tangents of both components, and how far from them
+ * the terms get. */
+ZS_INLINE void add_terms(const float **table, const zs_flow_local *local, const boxes *b,
+                         tangent t[2], zs_lanes beyond[2])
 {
-  const channel w = next_channel(table, local->weights, b->at[2]);
+  const channel w[2] = {next_channel(table, local->weights, b->at[2]),
+                        next_channel(table, local->weights, b->at[2])};
   const channel x = next_channel(table, local->places, b->at[2]);
   const channel y = next_channel(table, local->places, b->at[2]);
-  const centre c = {w.value,          w.slope, b->at[0] - x.value, x.slope,
-                    b->at[1] - y.value, y.slope};
+  const centre c = {b->at[0] - x.value, x.slope, b->at[1] - y.value, y.slope};
   const zs_lanes r2 = c.x * c.x + c.y * c.y, l = logarithm(r2);
-  add_centre(t, &c, 0.5f * r2 * l, l + 1);
-  return bend_of_term(&w.reach, &x.reach, &y.reach, b->r, r2);
+  const bend bent = bend_at(&x.reach, &y.reach, b->r, r2);
+  for (int k = 0; k < 2; k++) {
+    const weight own = {w[k].value, w[k].slope};
+    add_centre(&t[k], &c, &own, 0.5f * r2 * l, l + 1);
+    beyond[k] += bend_of_term(&bent, &w[k].reach);
+  }
 }
 
 /* Tangents at the middles of boxes, and what second derivatives can add. */
 static void bounds(const zs_bounds_arguments *a)
 {
   const zs_flow_part *flow_part = a->data;
+  const zs_flow_local *local = flow_part->local;
+  ZS_FLOW_OUTPUTS(zs_bounds, out, a);
   ZS_FOR_PARTS (part) {
     const boxes b = take_boxes(a, part);
-    const float *table = flow_part->local->table;
-    tangent t;
-    zs_lanes beyond = plane_tangent(&table, flow_part->local->weights, &b, &t);
+    const zs_lanes_mask known =
+      zs_lanes_load(a->in[2]->lo + part) <= zs_lanes_load(a->in[2]->hi + part);
+    const float *table = local->table;
+    tangent t[2];
+    zs_lanes beyond[2];
+    for (int k = 0; k < 2; k++)
+      beyond[k] = plane_tangent(&table, local->weights, &b, &t[k]);
     for (size_t i = 0; i < flow_part->flow->centres; i++)
-      beyond += term_tangent(&table, flow_part->local, &b, &t);
-    beyond += zs_lanes_absolute(t.x) * b.r[0] + zs_lanes_absolute(t.y) * b.r[1] +
-              zs_lanes_absolute(t.s) * b.r[2];
-    beyond += SLACK * (1 + zs_lanes_absolute(t.f) + beyond);
-    zs_lanes_mask known = zs_lanes_load(a->in[2]->lo + part) <= zs_lanes_load(a->in[2]->hi + part);
-    zs_intervals_store(a->out, part, zs_intervals_checked(t.f - beyond, t.f + beyond, known));
+      add_terms(&table, local, &b, t, beyond);
+    for (int k = 0; k < 2; k++) {
+      beyond[k] += zs_lanes_absolute(t[k].x) * b.r[0] + zs_lanes_absolute(t[k].y) * b.r[1] +
+                   zs_lanes_absolute(t[k].s) * b.r[2];
+      beyond[k] += SLACK * (1 + zs_lanes_absolute(t[k].f) + beyond[k]);
+      if (out[k])
+        zs_intervals_store(out[k], part,
+                           zs_intervals_checked(t[k].f - beyond[k], t[k].f + beyond[k], known));
+    }
   }
 }
 

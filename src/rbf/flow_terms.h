@@ -16,10 +16,14 @@
 
 #define ZS_TERMS __attribute__((always_inline)) static inline
 
-/* One centre: its weight and how far points are from it, with their derivatives by s. */
+/* How far points are from a centre, and a weight of its, with their derivatives by s. */
 typedef struct centre {
-  zs_real weight, weight_slope, x, x_slope, y, y_slope;
+  zs_real x, x_slope, y, y_slope;
 } centre;
+
+typedef struct weight {
+  zs_real value, slope;
+} weight;
 
 /* f and its derivatives by x, y and s. */
 typedef struct tangent {
@@ -27,13 +31,13 @@ typedef struct tangent {
 } tangent;
 
 /* `phi`, and its derivative by r over r, at a centre. */
-ZS_TERMS void add_centre(tangent *t, const centre *c, zs_real phi, zs_real slope)
+ZS_TERMS void add_centre(tangent *t, const centre *c, const weight *w, zs_real phi, zs_real slope)
 {
-  const zs_real steep = c->weight * slope;
-  t->f += c->weight * phi;
+  const zs_real steep = w->value * slope;
+  t->f += w->value * phi;
   t->x += steep * c->x;
   t->y += steep * c->y;
-  t->s += c->weight_slope * phi - steep * (c->x * c->x_slope + c->y * c->y_slope);
+  t->s += w->slope * phi - steep * (c->x * c->x_slope + c->y * c->y_slope);
 }
 
 /* What is known of r^2 log r within a distance of a place. */
@@ -66,17 +70,28 @@ ZS_TERMS zone zone_around(zs_real away, zs_real step)
   return z;
 }
 
-/* How far a centre's term gets from its tangent in boxes with half sides `r`, whose middles
- * are at the square root of `r2` from it, by the reach of its channels. */
-ZS_TERMS zs_real bend_of_term(const zs_real_reach *weight, const zs_real_reach *x,
-                              const zs_real_reach *y, const zs_real r[3], zs_real r2)
+/* How far a centre's term gets from its tangent in boxes, by what its weight and the weight's
+ * derivatives by s become. */
+typedef struct bend {
+  zs_real value, first, second;
+} bend;
+
+/* In boxes with half sides `r`, whose middles are at the square root of `r2` from the centre, by
+ * the reach of its place. */
+ZS_TERMS bend bend_at(const zs_real_reach *x, const zs_real_reach *y, const zs_real r[3],
+                      zs_real r2)
 {
   const zs_real step_x = r[0] + x->first * r[2], step_y = r[1] + y->first * r[2];
   const zs_real step = zs_real_root(step_x * step_x + step_y * step_y);
   const zs_real half = r[2] * r[2] / 2;
   const zone z = zone_around(zs_real_root(r2), step);
-  return weight->value * (z.bend + z.slope * half * (x->second + y->second)) +
-         weight->first * r[2] * z.slope * step + weight->second * half * z.value;
+  return (bend){z.bend + z.slope * half * (x->second + y->second), r[2] * z.slope * step,
+                half * z.value};
+}
+
+ZS_TERMS zs_real bend_of_term(const bend *b, const zs_real_reach *weight)
+{
+  return weight->value * b->value + weight->first * b->first + weight->second * b->second;
 }
 
 #endif

@@ -286,16 +286,14 @@ static bool contract(const zs_warp *warp, const double lo[3], const double hi[3]
 /* Of the inverse: y lies in x - D(box of y), from the box that the largest moves allow on;
  * so do ZS_WARP_SUBSTITUTIONS steps of y = x - D(y), with which zs_warp_inverse ends when there
  * is no y. */
-void zs_warp_bounds(const zs_warp_part *part, const double lo[3], const double hi[3],
-                    double result[2])
+void zs_warp_bounds(const zs_warp *warp, const double lo[3], const double hi[3], double least[3],
+                    double most[3])
 {
-  const zs_warp *warp = part->warp;
-  const int component = part->component;
   region r;
   if (!warp->backward) {
     examine(warp, lo, hi, &r);
-    result[0] = r.range.lo[component];
-    result[1] = r.range.hi[component];
+    memcpy(least, r.range.lo, sizeof r.range.lo);
+    memcpy(most, r.range.hi, sizeof r.range.hi);
     return;
   }
   double from[3], to[3], before = INFINITY;
@@ -305,10 +303,10 @@ void zs_warp_bounds(const zs_warp_part *part, const double lo[3], const double h
     if (i > 0)
       examine(warp, from, to, &r);
     for (int k = 0; k < 3; k++) {
-      const double least = lo[k] - r.range.hi[k] - NOT_QUITE;
-      const double most = hi[k] - r.range.lo[k] + NOT_QUITE;
-      from[k] = i > 0 ? larger(from[k], least) : least;
-      to[k] = i > 0 ? smaller(to[k], most) : most;
+      const double left = lo[k] - r.range.hi[k] - NOT_QUITE;
+      const double right = hi[k] - r.range.lo[k] + NOT_QUITE;
+      from[k] = i > 0 ? larger(from[k], left) : left;
+      to[k] = i > 0 ? smaller(to[k], right) : right;
       size += to[k] - from[k];
     }
     if (!(size < LITTLE_LESS * before))
@@ -318,8 +316,10 @@ void zs_warp_bounds(const zs_warp_part *part, const double lo[3], const double h
   for (int i = 0; i < 3 && contract(warp, lo, hi, from, to); i++)
     ;
   examine(warp, from, to, &r);
-  result[0] = -r.range.hi[component] - NOT_QUITE;
-  result[1] = -r.range.lo[component] + NOT_QUITE;
+  for (int k = 0; k < 3; k++) {
+    least[k] = -r.range.hi[k] - NOT_QUITE;
+    most[k] = -r.range.lo[k] + NOT_QUITE;
+  }
 }
 
 /* ---- The inverse ------------------------------------------------------------------- */
@@ -451,10 +451,17 @@ static double reference(const void *data, const double in[])
   return value[part->component];
 }
 
+static bool are_siblings(const void *data, const void *other)
+{
+  const zs_warp_part *a = data, *b = other;
+  return a->warp == b->warp;
+}
+
 ZS_DEFINE_KERNEL_TABLE(zs_warp_kernels)
 
 const zs_operation zs_warp_operation = {.name = "warp",
                                         .arity = 3,
                                         .data_size = sizeof(zs_warp_part),
                                         .kernels = zs_warp_kernels_table,
-                                        .reference = reference};
+                                        .reference = reference,
+                                        .are_siblings = are_siblings};

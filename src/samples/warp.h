@@ -71,7 +71,8 @@ double zs_warp_determinant(const double slope[3][3]);
  * none among them. */
 bool zs_warp_fold(const zs_warp *warp, double at[3], double *determinant);
 
-/* One component of D, or of what the inverse adds, as data of the operation. */
+/* One component of D, or of what the inverse adds, as data of the operation.  Those of one
+ * warp are siblings. */
 typedef struct zs_warp_part {
   const zs_warp *warp;
   int component;
@@ -82,9 +83,9 @@ extern const zs_operation zs_warp_operation;
 
 /* ---- For the kernels ------------------------------------------------------ */
 
-/* An enclosure over a box of numbers. */
-void zs_warp_bounds(const zs_warp_part *part, const double lo[3], const double hi[3],
-                    double result[2]);
+/* Enclosures of D, or of what the inverse adds, over a box of numbers. */
+void zs_warp_bounds(const zs_warp *warp, const double lo[3], const double hi[3], double least[3],
+                    double most[3]);
 
 ZS_DECLARE_KERNELS(zs_warp_kernels)
 
