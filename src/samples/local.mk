@@ -14,7 +14,6 @@ zs_sources += \
   src/samples/polygon.h \
   src/samples/raster.c \
   src/samples/raster.h \
-  src/samples/raster_point.h \
   src/samples/skeleton.c \
   src/samples/skeleton.h \
   src/samples/skeleton_pieces.h \

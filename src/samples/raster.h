@@ -51,6 +51,15 @@ bool zs_raster_finish(zs_raster *raster);
 /* f, and unless `slope` is NULL its derivatives by x, y and z. */
 double zs_raster_value(const zs_raster *raster, const double point[3], double slope[3]);
 
+/* What four samples in a row count for, in f and in its derivative. */
+typedef struct zs_raster_weights {
+  double value[4], slope[4];
+} zs_raster_weights;
+
+/* The first of the four layers that count at z, which may be one before the first, and what
+ * they count for: layers with zeros may be none. */
+int zs_raster_layers(const zs_raster *raster, double z, zs_raster_weights *weights);
+
 /* Inputs x, y and z; data: a zs_raster that lives as long as the field. */
 extern const zs_operation zs_raster_operation;
 

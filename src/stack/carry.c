@@ -1,7 +1,7 @@
 /* Gaps between slices filled by distances that move with the shapes. */
 #include "stack/join.h"
 
-#include "samples/raster_point.h"
+#include "samples/raster.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #include "stack/join.h"
 
 #include "base/array.h"
-#include "samples/raster_point.h"
+#include "samples/raster.h"
 #include "stack/blocks.h"
 
 #include <math.h>
