@@ -180,7 +180,7 @@ static float *measured(const lattice *l, const zs_polygon *polygon, const double
       const double x = l->corner[0] + ((double)i - MARGIN + 0.5) * l->pixel;
       const double y = l->corner[1] + ((double)height - MARGIN - 0.5 - (double)j) * l->pixel;
       distance[j * width + i] =
-        (float)(zs_polygon_distance(polygon, x - centre[0], y - centre[1]) / l->pixel);
+        (float)(zs_polygon_distance(polygon, x - centre[0], y - centre[1], NULL) / l->pixel);
     }
   return distance;
 }

@@ -149,21 +149,23 @@ static double edge_distance2(const zs_polygon_edge *edge, const double p[2])
   return square(cross(e[0], e[1], x, y));
 }
 
-static double leaf_distance2(const zs_polygon *polygon, const zs_polygon_box *leaf,
-                             const double p[2])
-{
-  double best = INFINITY;
-  for (uint32_t i = 0; i < leaf->count; i++)
-    best = least(best, edge_distance2(&polygon->edges[leaf->first + i], p));
-  return best;
-}
-
-/* The leaf that has the nearest edge, as far as that is known, and the edge's squared
- * distance. */
+/* The nearest edge, as far as that is known, its leaf and its squared distance. */
 typedef struct nearest {
-  uint32_t leaf;
+  uint32_t leaf, edge;
   double distance2;
 } nearest;
+
+/* Of the edges of a box, which are none of inner nodes. */
+static void look_at_leaf(const zs_polygon *polygon, uint32_t leaf, const double p[2],
+                         nearest *best)
+{
+  const zs_polygon_box *box = &polygon->boxes[leaf];
+  for (uint32_t i = box->first; i < box->first + box->count; i++) {
+    const double distance2 = edge_distance2(&polygon->edges[i], p);
+    if (distance2 < best->distance2)
+      *best = (nearest){leaf, i, distance2};
+  }
+}
 
 /* The leaf that the nearer box leads to, level by level: its distance is a
  * first guess that lets most of the tree be skipped. */
@@ -176,7 +178,9 @@ static nearest first_guess(const zs_polygon *polygon, const double p[2])
            ? left
            : right;
   }
-  return (nearest){at, leaf_distance2(polygon, &polygon->boxes[at], p)};
+  nearest best = {.distance2 = INFINITY};
+  look_at_leaf(polygon, at, p, &best);
+  return best;
 }
 
 static nearest find_nearest(const zs_polygon *polygon, const double p[2])
@@ -188,10 +192,7 @@ static nearest find_nearest(const zs_polygon *polygon, const double p[2])
       at = box->skip;
       continue;
     }
-    const double distance2 = leaf_distance2(polygon, box, p); /* of inner nodes: infinite */
-    if (distance2 < best.distance2)
-      best = (nearest){at, distance2};
-    at++;
+    look_at_leaf(polygon, at++, p, &best);
   }
   return best;
 }
@@ -255,8 +256,25 @@ static bool is_inside(const zs_polygon *polygon, const double p[2], uint32_t lea
     polygon, polygon->witnesses ? &polygon->witnesses[leaf] : &polygon->reference, p);
 }
 
-double zs_polygon_distance(const zs_polygon *polygon, double x, double y)
+/* The direction from an edge to a point; of one that is on it, that to the edge's left, where
+ * `crosses` has it. */
+static void away_from(const zs_polygon_edge *edge, const double p[2], double distance,
+                      double direction[2])
 {
+  const double *e = edge->direction;
+  const double along = (p[0] - edge->a[0]) * e[0] + (p[1] - edge->a[1]) * e[1];
+  const double *end = along <= 0 ? edge->a : along >= edge->length ? edge->b : NULL;
+  const bool left = cross(e[0], e[1], p[0] - edge->a[0], p[1] - edge->a[1]) >= 0;
+  for (int k = 0; k < 2; k++) {
+    const double normal = k == 0 ? -e[1] : e[0];
+    direction[k] = end && distance > 0 ? (p[k] - end[k]) / distance : left ? normal : -normal;
+  }
+}
+
+double zs_polygon_distance(const zs_polygon *polygon, double x, double y, double slope[2])
+{
+  if (slope)
+    slope[0] = slope[1] = 0;
   if (isnan(x) || isnan(y))
     return NAN;
   if (isinf(x) || isinf(y))
@@ -264,7 +282,13 @@ double zs_polygon_distance(const zs_polygon *polygon, double x, double y)
   const double p[2] = {x, y};
   const nearest found = find_nearest(polygon, p);
   const double distance = sqrt(found.distance2);
-  return is_inside(polygon, p, found.leaf) ? distance : -distance;
+  const bool inside = is_inside(polygon, p, found.leaf);
+  if (slope) {
+    away_from(&polygon->edges[found.edge], p, distance, slope);
+    for (int k = 0; k < 2; k++)
+      slope[k] = inside ? slope[k] : -slope[k];
+  }
+  return inside ? distance : -distance;
 }
 
 /* The part of [lo, hi] that is near the polygon, or its nearest end: in blocks
@@ -396,7 +420,7 @@ const zs_polygon *zs_polygon_of_edges(zs_arena *arena, double (*list)[4], size_t
 
 static double reference(const void *data, const double in[])
 {
-  return zs_polygon_distance(data, in[0], in[1]);
+  return zs_polygon_distance(data, in[0], in[1], NULL);
 }
 
 /* The edges that matter in a box, from where they are counted. */

@@ -3,7 +3,7 @@
  *
  * The edges stand in a tree of boxes, so that thousands of vertices cost little
  * more than a few: a block of points looks at the edges that can be nearest to
- * one of its points, and a region of the plane keeps only those.  The sign of a
+ * one of its points, unless these are scattered; a region of the plane keeps only those.  The sign of a
  * point follows from that of a point whose side is known, by counting the edges
  * between the two: there is one beside the edges of each leaf, so that few are. */
 #ifndef ZS_POLYGON_H
@@ -48,8 +48,9 @@ const zs_polygon *zs_polygon_new(zs_arena *arena, const double *points, size_t c
  * together. */
 const zs_polygon *zs_polygon_of_edges(zs_arena *arena, double (*edges)[4], size_t count);
 
-/* The signed distance at a point: logarithmic in the number of edges. */
-double zs_polygon_distance(const zs_polygon *polygon, double x, double y);
+/* The signed distance at a point, in time logarithmic in the number of edges, and unless `slope`
+ * is NULL its derivatives: on an edge those of its left side. */
+double zs_polygon_distance(const zs_polygon *polygon, double x, double y, double slope[2]);
 
 /* Inputs x and y; data: a zs_polygon that lives as long as the field. */
 extern const zs_operation zs_polygon_operation;

@@ -8,8 +8,10 @@
  * into single precision. */
 static const float FAR = 1e17f;
 
-/* Polygons of no more edges than this are looked at whole. */
-enum { FEW = 16 };
+enum {
+  FEW = 16,  /* polygons of no more edges are looked at whole */
+  MANY = 800 /* points that more edges could be nearest to are better looked at one by one */
+};
 
 typedef struct block {
   unsigned n;
@@ -139,45 +141,98 @@ static double gap2_of(const zs_polygon_box *box, const double p[2])
   return gap2;
 }
 
-/* Whether the centre from which the block was worked out is inside. */
-static bool work_out(block *b, const zs_polygon *polygon, const float *x, const float *y,
-                     void (*add)(block *restrict, edge))
+/* Whether many edges lie in a rectangle, about, each of which may be nearest to a point there. */
+static bool is_crowded(const zs_polygon *polygon, const double lo[2], const double hi[2])
+{
+  uint32_t count = 0;
+  for (uint32_t at = 0; at < polygon->box_count && count <= MANY;) {
+    const zs_polygon_box *box = &polygon->boxes[at];
+    const bool meets = box->lo[0] <= hi[0] && box->hi[0] >= lo[0] && box->lo[1] <= hi[1] &&
+                       box->hi[1] >= lo[1];
+    count += meets ? box->count : 0;
+    at = meets ? at + 1 : box->skip;
+  }
+  return count > MANY;
+}
+
+/* Where a block's points are looked at from; false when that should be done one by one. */
+static bool find_view(const zs_polygon *polygon, const float *x, const float *y, unsigned n,
+                      zs_polygon_view *view)
 {
   if (polygon->edge_count <= FEW) {
     const zs_polygon_witness *reference = &polygon->reference;
-    place(b, x, y, reference->at);
-    for (uint32_t i = 0; i < polygon->edge_count; i++)
-      add(b, prepared(&polygon->edges[i], reference->at));
-    return reference->inside;
+    *view = (zs_polygon_view){{reference->at[0], reference->at[1]}, INFINITY, reference->inside};
+    return true;
   }
   double lo[2], hi[2];
-  extent(x, b->n, &lo[0], &hi[0]);
-  extent(y, b->n, &lo[1], &hi[1]);
-  const zs_polygon_view view = zs_polygon_look(polygon, lo, hi);
-  place(b, x, y, view.centre);
+  extent(x, n, &lo[0], &hi[0]);
+  extent(y, n, &lo[1], &hi[1]);
+  if (polygon->edge_count > MANY && is_crowded(polygon, lo, hi))
+    return false;
+  *view = zs_polygon_look(polygon, lo, hi);
+  return true;
+}
+
+static void work_out(block *b, const zs_polygon *polygon, const zs_polygon_view *view,
+                     const float *x, const float *y, void (*add)(block *restrict, edge))
+{
+  place(b, x, y, view->centre);
   for (uint32_t at = 0; at < polygon->box_count;) {
     const zs_polygon_box *box = &polygon->boxes[at];
-    if (gap2_of(box, view.centre) > view.reach * view.reach) {
+    if (gap2_of(box, view->centre) > view->reach * view->reach) {
       at = box->skip;
       continue;
     }
     for (uint32_t i = 0; i < box->count; i++)
-      add(b, prepared(&polygon->edges[box->first + i], view.centre));
+      add(b, prepared(&polygon->edges[box->first + i], view->centre));
     at++;
   }
-  return view.inside;
 }
 
 static void value(const zs_block_arguments *a)
 {
+  const zs_polygon *polygon = a->data;
+  const float *x = a->in[0], *y = a->in[1];
+  float *out = a->out;
+  zs_polygon_view view;
+  if (!find_view(polygon, x, y, a->n, &view)) {
+    for (unsigned i = 0; i < a->n; i++)
+      out[i] = (float)zs_polygon_distance(polygon, (double)clamped(x[i]), (double)clamped(y[i]),
+                                          NULL);
+    return;
+  }
   block b;
   b.n = a->n;
-  const int inside = work_out(&b, a->data, a->in[0], a->in[1], add_edge);
-  float *out = a->out;
+  work_out(&b, polygon, &view, x, y, add_edge);
 #pragma omp simd
   for (unsigned i = 0; i < b.n; i++) {
     const float distance = sqrtf(b.distance2[i]) + 0 * (b.x[i] + b.y[i]); /* keeps NaN */
-    out[i] = b.odd[i] ^ inside ? distance : -distance;
+    out[i] = b.odd[i] ^ view.inside ? distance : -distance;
+  }
+}
+
+/* f and its derivatives by x and y, in the block's own arrays. */
+static void find_slopes(block *b, const zs_polygon *polygon, const float *x, const float *y)
+{
+  zs_polygon_view view;
+  if (!find_view(polygon, x, y, b->n, &view)) {
+    for (unsigned i = 0; i < b->n; i++) {
+      double slope[2];
+      b->x[i] = (float)zs_polygon_distance(polygon, (double)clamped(x[i]), (double)clamped(y[i]),
+                                           slope);
+      b->dx[i] = (float)slope[0];
+      b->dy[i] = (float)slope[1];
+    }
+    return;
+  }
+  work_out(b, polygon, &view, x, y, add_edge_with_direction);
+  const unsigned n = b->n;
+#pragma omp simd
+  for (unsigned i = 0; i < n; i++) {
+    const float sign = b->odd[i] ^ view.inside ? 1.0f : -1.0f;
+    b->x[i] = sign * (sqrtf(b->distance2[i]) + 0 * (b->x[i] + b->y[i]));
+    b->dx[i] *= sign;
+    b->dy[i] *= sign;
   }
 }
 
@@ -186,17 +241,15 @@ static void gradient(const zs_block_arguments *a)
   block b;
   b.n = a->n;
   const float *x = a->in[0], *y = a->in[1];
-  const int inside = work_out(&b, a->data, x, y, add_edge_with_direction);
+  find_slopes(&b, a->data, x, y);
   float *out = a->out;
 #pragma omp simd
   for (unsigned i = 0; i < b.n; i++) {
-    const float sign = b.odd[i] ^ inside ? 1.0f : -1.0f;
-    const float distance = sqrtf(b.distance2[i]) + 0 * (b.x[i] + b.y[i]);
-    const float dx = sign * b.dx[i], dy = sign * b.dy[i];
+    const float dx = b.dx[i], dy = b.dy[i];
     const float gx = dx * x[ZS_BLOCK + i] + dy * y[ZS_BLOCK + i];
     const float gy = dx * x[2 * ZS_BLOCK + i] + dy * y[2 * ZS_BLOCK + i];
     const float gz = dx * x[3 * ZS_BLOCK + i] + dy * y[3 * ZS_BLOCK + i];
-    out[i] = sign * distance;
+    out[i] = b.x[i];
     out[ZS_BLOCK + i] = gx;
     out[2 * ZS_BLOCK + i] = gy;
     out[3 * ZS_BLOCK + i] = gz;
@@ -214,7 +267,7 @@ static void bounds(const zs_bounds_arguments *a)
     if (isfinite(lo[0] + lo[1] + hi[0] + hi[1])) {
       const double x = (lo[0] + hi[0]) / 2, y = (lo[1] + hi[1]) / 2;
       const double radius = hypot(hi[0] - lo[0], hi[1] - lo[1]) / 2;
-      const double f = zs_polygon_distance(polygon, x, y);
+      const double f = zs_polygon_distance(polygon, x, y, NULL);
       /* Blocks are as exact as single precision is at the distance from the
        * point that they count from. */
       const double *from = polygon->reference.at, away = hypot(x - from[0], y - from[1]);

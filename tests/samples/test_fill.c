@@ -102,7 +102,7 @@ static void check(const zs_fill *fill, bool even_odd, uint64_t *state)
   assert_non_null(polygon);
   for (int i = 0; i < 200; i++) {
     const double x = random_between(state, -1.2, 1.2), y = random_between(state, -1.2, 1.2);
-    const double f = zs_polygon_distance(polygon, x, y);
+    const double f = zs_polygon_distance(polygon, x, y, NULL);
     if (fabs(f) < 1e-6)
       continue;
     if ((f > 0) != is_filled(x, y, even_odd))
@@ -115,8 +115,8 @@ static void check(const zs_fill *fill, bool even_odd, uint64_t *state)
     /* ... and something does at the nearest point: of a small circle around it, where an edge
      * or a corner is, some of the points are filled and some are not. */
     const double h = 1e-7;
-    const double gx = (zs_polygon_distance(polygon, x + h, y) - f) / h;
-    const double gy = (zs_polygon_distance(polygon, x, y + h) - f) / h;
+    const double gx = (zs_polygon_distance(polygon, x + h, y, NULL) - f) / h;
+    const double gy = (zs_polygon_distance(polygon, x, y + h, NULL) - f) / h;
     if (fabs(hypot(gx, gy) - 1) > 1e-4)
       continue; /* two points are nearest */
     if (!changes_around(x - f * gx, y - f * gy, 64, even_odd))

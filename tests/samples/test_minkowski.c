@@ -129,7 +129,7 @@ static void check_sum(const zs_fill *a, const zs_fill *b, uint64_t *state)
       for (int k = 0; k < 2; k++)
         x[k] = e[k] + t * (e[k + 2] - e[k]) + 1e-6 * random_between(state, -1, 1);
     }
-    const double d = zs_polygon_distance(polygon, x[0], x[1]);
+    const double d = zs_polygon_distance(polygon, x[0], x[1], NULL);
     if (fabs(d) < 1e-9)
       continue;
     if ((d > 0) != is_sum(a, b, x))

@@ -125,7 +125,7 @@ static void random_point(const double *v, size_t count, double p[2], uint64_t *s
 static void check_against_brute(const zs_polygon *polygon, const double *v, size_t count,
                                 const double p[2])
 {
-  const double d = zs_polygon_distance(polygon, p[0], p[1]);
+  const double d = zs_polygon_distance(polygon, p[0], p[1], NULL);
   const double expected = brute_distance(v, count, p[0], p[1]);
   /* On an edge the sign is free. */
   const double wrong = fabs(expected) < 1e-14 ? fabs(d) - fabs(expected) : d - expected;
@@ -157,9 +157,9 @@ static void test_special_points(void **unused)
   zs_arena arena = {0};
   static const double v[] = {0, 0, 1, 0, 1, 1, 0, 1};
   const zs_polygon *polygon = zs_polygon_new(&arena, v, 4);
-  assert_true(isnan(zs_polygon_distance(polygon, NAN, 0)));
-  assert_true(zs_polygon_distance(polygon, INFINITY, 0) == -INFINITY);
-  assert_true(zs_polygon_distance(polygon, 0, -INFINITY) == -INFINITY);
+  assert_true(isnan(zs_polygon_distance(polygon, NAN, 0, NULL)));
+  assert_true(zs_polygon_distance(polygon, INFINITY, 0, NULL) == -INFINITY);
+  assert_true(zs_polygon_distance(polygon, 0, -INFINITY, NULL) == -INFINITY);
   static const double point[] = {1, 2, 1, 2, 1, 2};
   assert_null(zs_polygon_new(&arena, point, 3));
   assert_null(zs_polygon_new(&arena, point, 0));
