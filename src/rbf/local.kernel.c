@@ -13,46 +13,79 @@ enum {
   BLOCK = ZS_LOCAL_BLOCK,
   VECTORS = 2, /* of a strip */
   STRIP = VECTORS * ZS_WIDTH,
-  COLUMNS = ZS_WIDTH == 8 ? 8 : 4 /* of a strip */
+  COLUMNS = ZS_WIDTH == 8 ? 8 : 4, /* of a strip */
+  PANEL = 4 * BLOCK, /* columns whose share of earlier ones is subtracted at once ... */
+  DEPTH = 192        /* ... and how many of these at a time, for caches to hold both */
 };
 
-/* c -= a b, one strip: a is STRIP x depth; b has depth rows of COLUMNS. */
+/* One vector at a time: compilers copy several as bytes, by way of memory. */
+static inline ZS_ALWAYS zs_vector load(const double *from)
+{
+  zs_vector v;
+  memcpy(&v, from, sizeof v);
+  return v;
+}
+
+static inline ZS_ALWAYS void store(double *to, zs_vector v)
+{
+  memcpy(to, &v, sizeof v);
+}
+
+/* c -= a b, one strip: a has depth columns of STRIP, b as many rows of COLUMNS. */
 static inline ZS_ALWAYS void subtract_strip(double *c, size_t c_stride, const double *a,
-                                            size_t a_stride, const double *b, size_t depth)
+                                            const double *b, size_t depth)
 {
   zs_vector sum[COLUMNS][VECTORS] = {{{0}}};
   for (size_t k = 0; k < depth; k++) {
     zs_vector column[VECTORS];
-    memcpy(column, a + k * a_stride, sizeof column);
+    for (unsigned v = 0; v < VECTORS; v++)
+      column[v] = load(a + k * STRIP + v * ZS_WIDTH);
     for (unsigned j = 0; j < COLUMNS; j++)
       for (unsigned v = 0; v < VECTORS; v++)
         sum[j][v] += column[v] * b[k * COLUMNS + j];
   }
-  for (unsigned j = 0; j < COLUMNS; j++) {
-    zs_vector column[VECTORS];
-    memcpy(column, c + j * c_stride, sizeof column);
-    for (unsigned v = 0; v < VECTORS; v++)
-      column[v] -= sum[j][v];
-    memcpy(c + j * c_stride, column, sizeof column);
-  }
+  for (unsigned j = 0; j < COLUMNS; j++)
+    for (unsigned v = 0; v < VECTORS; v++) {
+      double *at = c + j * c_stride + v * ZS_WIDTH;
+      store(at, load(at) - sum[j][v]);
+    }
 }
 
-/* c -= a b where b[k, j] is b[k * b_down + j * b_across]. */
+/* Rows of b, of some columns, so that those of a strip follow each other. */
+static void pack_right(double *to, const double *b, size_t b_down, size_t b_across, size_t columns,
+                       size_t depth)
+{
+  for (size_t j = 0; j < columns; j += COLUMNS, to += COLUMNS * depth)
+    for (size_t k = 0; k < depth; k++)
+      for (size_t i = 0; i < COLUMNS; i++)
+        to[k * COLUMNS + i] = b[k * b_down + (j + i) * b_across];
+}
+
+static void pack_left(double *to, const double *a, size_t a_stride, size_t depth)
+{
+  for (size_t k = 0; k < depth; k++)
+    for (size_t v = 0; v < STRIP; v += ZS_WIDTH)
+      store(to + k * STRIP + v, load(a + k * a_stride + v));
+}
+
+/* c -= a b where b[k, j] is b[k * b_down + j * b_across].  Factors are packed: columns of a
+ * matrix are far apart, and often in each other's place of the cache. */
 static void subtract_general(double *c, size_t c_stride, size_t rows, size_t columns,
                              const double *a, size_t a_stride, const double *b, size_t b_down,
                              size_t b_across, size_t depth)
 {
-  enum { DEPTH = 512 };
-  double packed[DEPTH * COLUMNS];
+  double right[DEPTH * PANEL];
+  _Alignas(64) double left[DEPTH * STRIP];
   for (size_t first = 0; first < depth; first += DEPTH) {
     const size_t count = depth - first < DEPTH ? depth - first : DEPTH;
-    for (size_t j = 0; j < columns; j += COLUMNS) {
-      for (size_t k = 0; k < count; k++)
-        for (size_t i = 0; i < COLUMNS; i++)
-          packed[k * COLUMNS + i] = b[(first + k) * b_down + (j + i) * b_across];
-      for (size_t i = 0; i < rows; i += STRIP)
-        subtract_strip(c + j * c_stride + i, c_stride, a + first * a_stride + i, a_stride, packed,
-                       count);
+    for (size_t j = 0; j < columns; j += PANEL) {
+      const size_t width = columns - j < PANEL ? columns - j : PANEL;
+      pack_right(right, b + first * b_down + j * b_across, b_down, b_across, width, count);
+      for (size_t i = 0; i < rows; i += STRIP) {
+        pack_left(left, a + first * a_stride + i, a_stride, count);
+        for (size_t k = 0; k < width; k += COLUMNS)
+          subtract_strip(c + (j + k) * c_stride + i, c_stride, left, right + k * count, count);
+      }
     }
   }
 }
@@ -82,38 +115,50 @@ static inline ZS_ALWAYS bool factorise_columns(double *a, size_t stride, size_t 
   return true;
 }
 
-/* to -= factor from */
-static void subtract_column(double *restrict to, const double *restrict from, double factor,
-                            size_t rows)
+/* A triangular block on the diagonal, its transpose too, with inverse numbers on the diagonal. */
+typedef struct triangle {
+  double below[BLOCK][BLOCK], above[BLOCK][BLOCK]; /* l[i, j], and l[j, i], by i and j */
+} triangle;
+
+static void take_triangle(triangle *t, const double *l, size_t l_stride)
 {
-  for (size_t i = 0; i < rows; i++)
-    to[i] -= factor * from[i];
+  for (size_t j = 0; j < BLOCK; j++)
+    for (size_t i = j; i < BLOCK; i++)
+      t->below[i][j] = t->above[j][i] = i == j ? 1 / l[j * l_stride + j] : l[j * l_stride + i];
 }
 
-static void scale_column(double *column, double factor, size_t rows)
-{
-  for (size_t i = 0; i < rows; i++)
-    column[i] *= factor;
-}
-
-/* x := x l^-T, with l a triangular block on the diagonal. */
+/* x := x l^-T, a strip of rows at a time. */
 static void divide_transposed(double *x, size_t x_stride, size_t rows, const double *l,
                               size_t l_stride)
 {
-  for (size_t j = 0; j < BLOCK; j++) {
-    for (size_t k = 0; k < j; k++)
-      subtract_column(x + j * x_stride, x + k * x_stride, l[k * l_stride + j], rows);
-    scale_column(x + j * x_stride, 1 / l[j * l_stride + j], rows);
+  triangle t;
+  take_triangle(&t, l, l_stride);
+  for (size_t i = 0; i < rows; i += ZS_WIDTH) {
+    zs_vector strip[BLOCK];
+    for (size_t j = 0; j < BLOCK; j++) {
+      zs_vector sum = load(x + j * x_stride + i);
+      for (size_t k = 0; k < j; k++)
+        sum -= t.below[j][k] * strip[k];
+      strip[j] = sum * t.below[j][j];
+      store(x + j * x_stride + i, strip[j]);
+    }
   }
 }
 
-/* x := x l^-1. */
+/* x := x l^-1, the same way. */
 static void divide(double *x, size_t x_stride, size_t rows, const double *l, size_t l_stride)
 {
-  for (size_t j = BLOCK; j-- > 0;) {
-    for (size_t k = j + 1; k < BLOCK; k++)
-      subtract_column(x + j * x_stride, x + k * x_stride, l[j * l_stride + k], rows);
-    scale_column(x + j * x_stride, 1 / l[j * l_stride + j], rows);
+  triangle t;
+  take_triangle(&t, l, l_stride);
+  for (size_t i = 0; i < rows; i += ZS_WIDTH) {
+    zs_vector strip[BLOCK];
+    for (size_t j = BLOCK; j-- > 0;) {
+      zs_vector sum = load(x + j * x_stride + i);
+      for (size_t k = j + 1; k < BLOCK; k++)
+        sum -= t.above[j][k] * strip[k];
+      strip[j] = sum * t.above[j][j];
+      store(x + j * x_stride + i, strip[j]);
+    }
   }
 }
 
@@ -122,12 +167,18 @@ static bool factorise(double *a, size_t stride, size_t n)
   const size_t odd = n % BLOCK;
   if (!factorise_columns(a, stride, odd, n))
     return false;
-  for (size_t j = odd; j < n; j += BLOCK) {
-    double *block = a + j * stride + j;
-    subtract(block, stride, n - j, BLOCK, a + j, stride, a + j, stride, j);
-    if (!factorise_columns(block, stride, BLOCK, BLOCK))
-      return false;
-    divide_transposed(block + BLOCK, stride, n - j - BLOCK, block, stride);
+  for (size_t first = odd; first < n; first += PANEL) {
+    const size_t end = n - first < PANEL ? n : first + PANEL;
+    subtract(a + first * stride + first, stride, n - first, end - first, a + first, stride,
+             a + first, stride, first);
+    for (size_t j = first; j < end; j += BLOCK) {
+      double *block = a + j * stride + j;
+      subtract(block, stride, n - j, BLOCK, a + first * stride + j, stride,
+               a + first * stride + j, stride, j - first);
+      if (!factorise_columns(block, stride, BLOCK, BLOCK))
+        return false;
+      divide_transposed(block + BLOCK, stride, n - j - BLOCK, block, stride);
+    }
   }
   return true;
 }
