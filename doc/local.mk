@@ -57,9 +57,9 @@ gallery: zeroset
 	  ./zeroset render $(srcdir)/scenes/$$name.xml --size 480x360 \
 	    -o $(srcdir)/doc/gallery/$$name.png || exit 1; \
 	done
-	./zeroset render $(srcdir)/scenes/becoming.xml --object row --bounds "-8 -9 -1 52 9 11" \
+	./zeroset render $(srcdir)/scenes/becoming.xml --object row --view shelf --bounds "-8 -9 -1 52 9 11" \
 	  --size 960x320 -o $(srcdir)/doc/gallery/becoming.png
-	./zeroset render $(srcdir)/scenes/sums.xml --object row --size 960x400 \
+	./zeroset render $(srcdir)/scenes/sums.xml --object row --view table --size 960x400 \
 	  -o $(srcdir)/doc/gallery/sums.png
 	./zeroset slice $(srcdir)/scenes/bracket.xml --z 4 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/bracket-slice.png

@@ -13,6 +13,13 @@ check_mesh() {
   [ -s "$scratch/mesh.ply" ] || complain "the mesh is empty"
 }
 
+# The first view is of the main object: rays meet it.
+check_picture() {
+  "$ZEROSET" render "$1" -o "$scratch/picture.png" --size 64x48 --report json >"$scratch/json"
+  cat "$scratch/json"
+  ! grep -q '"evaluations": 0,' "$scratch/json" || complain "the picture is empty"
+}
+
 check_scene() {
   "$ZEROSET" check "$1" >"$scratch/output" 2>&1
   [ ! -s "$scratch/output" ] || complain "$(cat "$scratch/output")"
@@ -29,7 +36,11 @@ for scene in "$top_srcdir"/scenes/*.xml; do
   run_case "$name has no warnings" check_scene "$scene"
   resolutions="16 64 128"
   # A run with fits begins with making them, which takes longer than all else here.
-  ! grep -q '<variational' "$scene" || resolutions="16 128"
+  if grep -q '<variational' "$scene"; then
+    resolutions="16 128"
+  else
+    run_case "$name is seen by its first view" check_picture "$scene"
+  fi
   for resolution in $resolutions; do
     run_case "$name is one closed manifold at $resolution" check_mesh "$scene" "$resolution" contour
   done
