@@ -19,13 +19,15 @@ _Static_assert((int)ZS_FAST_MOST_ORDER <= (int)ZS_NODES_MOST, "grids have room f
 
 enum { DIRECT = 128 }; /* points that are not divided further when near others */
 
+/* A product is added up in so many shares, whatever the threads are. */
+enum { SHARES = 16 };
+
 /* A cluster as a side of products. */
 typedef struct part {
   double middle[ZS_RBF_MAXIMUM_DIMENSION], radius;
   zs_nodes nodes;
   size_t node_count; /* 0: its points stand for themselves */
   size_t first_node; /* among those of all parts */
-  uint32_t job;      /* of targets: where its sums belong */
 } part;
 
 /* One side of products. */
@@ -33,27 +35,27 @@ typedef struct side {
   const zs_rbf_clusters *clusters;
   part *parts; /* one per cluster */
   size_t node_count;
-  double *nodes, *values; /* coordinates; weights of sources, sums of targets */
+  double *nodes; /* coordinates */
 } side;
 
-/* Sources for a cluster of targets. */
+/* Two clusters, one of the targets and one of the sources. */
 typedef struct pair {
   uint32_t target, source;
 } pair;
 
-/* Everything that is added to the same sums, by one thread: those of a cluster's
- * nodes, or of a whole branch of clusters whose points stand for themselves. */
-typedef struct job {
-  pair *pairs;
-  size_t count, capacity;
-} job;
-
+/* Where both sides are the same points, each pair of clusters is there once and phi of their
+ * points is found once for both. */
 struct zs_fast {
   zs_rbf_radial radial;
   unsigned order, threads;
-  side targets, sources;
-  job *jobs;
-  size_t job_count;
+  bool symmetric;
+  side own[2]; /* the second is not used when both are the same */
+  const side *targets, *sources;
+  double *weights; /* of the sources' nodes */
+  double *sums;    /* by share: of the targets' nodes, then of the targets */
+  pair *pairs;
+  size_t pair_list_count, pair_capacity;
+  size_t shares[SHARES + 1]; /* the first pair of each */
   double pair_count;
   bool failed; /* memory was out */
 };
@@ -127,8 +129,7 @@ static bool make_side(side *s, const zs_rbf_clusters *clusters, unsigned order)
     return false;
   make_parts(s, 0, order, true);
   s->nodes = malloc((s->node_count * clusters->dimension + 1) * sizeof *s->nodes);
-  s->values = malloc((s->node_count + 1) * sizeof *s->values);
-  if (!s->nodes || !s->values)
+  if (!s->nodes)
     return false;
   for (size_t i = 0; i < clusters->cluster_count; i++)
     if (s->parts[i].node_count)
@@ -140,7 +141,6 @@ static void free_side(side *s)
 {
   free(s->parts);
   free(s->nodes);
-  free(s->values);
 }
 
 /* ---- Pairs --------------------------------------------------------------------------- */
@@ -152,24 +152,28 @@ static size_t size_of(const side *s, uint32_t index)
   return nodes ? nodes : s->clusters->clusters[index].count;
 }
 
+static double terms_of(const zs_fast *fast, const pair *p)
+{
+  return (double)size_of(fast->targets, p->target) * (double)size_of(fast->sources, p->source);
+}
+
 static void add_pair(zs_fast *fast, uint32_t target, uint32_t source)
 {
-  job *j = &fast->jobs[fast->targets.parts[target].job];
-  pair *pairs = zs_array_grown(j->pairs, j->count + 1, &j->capacity, sizeof *pairs);
+  pair *pairs =
+    zs_array_grown(fast->pairs, fast->pair_list_count + 1, &fast->pair_capacity, sizeof *pairs);
   if (!pairs) {
     fast->failed = true;
     return;
   }
-  j->pairs = pairs;
-  pairs[j->count++] = (pair){target, source};
-  fast->pair_count += (double)size_of(&fast->targets, target) *
-                      (double)size_of(&fast->sources, source);
+  fast->pairs = pairs;
+  pairs[fast->pair_list_count] = (pair){target, source};
+  fast->pair_count += terms_of(fast, &pairs[fast->pair_list_count++]);
 }
 
 static bool is_far(const zs_fast *fast, const part *a, const part *b)
 {
   double square = 0;
-  for (unsigned k = 0; k < fast->targets.clusters->dimension; k++)
+  for (unsigned k = 0; k < fast->targets->clusters->dimension; k++)
     square += (a->middle[k] - b->middle[k]) * (a->middle[k] - b->middle[k]);
   const double radii = a->radius + b->radius;
   return radii * radii < FAR * FAR * square;
@@ -178,9 +182,9 @@ static bool is_far(const zs_fast *fast, const part *a, const part *b)
 /* Find what adds up to the part of one cluster in another. */
 static void pair_up(zs_fast *fast, uint32_t target, uint32_t source)
 {
-  const zs_rbf_cluster *a = &fast->targets.clusters->clusters[target];
-  const zs_rbf_cluster *b = &fast->sources.clusters->clusters[source];
-  const part *a_part = &fast->targets.parts[target], *b_part = &fast->sources.parts[source];
+  const zs_rbf_cluster *a = &fast->targets->clusters->clusters[target];
+  const zs_rbf_cluster *b = &fast->sources->clusters->clusters[source];
+  const part *a_part = &fast->targets->parts[target], *b_part = &fast->sources->parts[source];
   if (is_far(fast, a_part, b_part) || (!is_divisible(a) && !is_divisible(b))) {
     add_pair(fast, target, source);
     return;
@@ -195,14 +199,37 @@ static void pair_up(zs_fast *fast, uint32_t target, uint32_t source)
   }
 }
 
-/* Number the jobs. */
-static void assign_jobs(zs_fast *fast, uint32_t index, uint32_t job)
+/* The same for a cluster in itself. */
+static void pair_with_itself(zs_fast *fast, uint32_t index)
 {
-  part *p = &fast->targets.parts[index];
-  const uint32_t children = fast->targets.clusters->clusters[index].children;
-  p->job = job;
-  for (uint32_t i = 0; children && i < 2; i++)
-    assign_jobs(fast, children + i, p->node_count ? (uint32_t)fast->job_count++ : job);
+  const zs_rbf_cluster *cluster = &fast->targets->clusters->clusters[index];
+  if (!is_divisible(cluster)) {
+    add_pair(fast, index, index);
+    return;
+  }
+  for (uint32_t i = 0; i < 2; i++)
+    pair_with_itself(fast, cluster->children + i);
+  pair_up(fast, cluster->children, cluster->children + 1);
+}
+
+/* Shares of about as many terms. */
+static void share_out(zs_fast *fast)
+{
+  double terms = 0;
+  size_t share = 0;
+  for (size_t i = 0; i < fast->pair_list_count; i++) {
+    while (share < SHARES && terms >= fast->pair_count * (double)share / SHARES)
+      fast->shares[share++] = i;
+    terms += terms_of(fast, &fast->pairs[i]);
+  }
+  while (share <= SHARES)
+    fast->shares[share++] = fast->pair_list_count;
+}
+
+/* Numbers of a share. */
+static size_t share_size(const zs_fast *fast)
+{
+  return fast->targets->node_count + fast->targets->clusters->count;
 }
 
 zs_fast *zs_fast_new(zs_rbf_radial radial, const zs_rbf_clusters *targets,
@@ -214,18 +241,24 @@ zs_fast *zs_fast_new(zs_rbf_radial radial, const zs_rbf_clusters *targets,
   fast->radial = radial;
   fast->order = order;
   fast->threads = threads;
-  fast->failed =
-    !make_side(&fast->targets, targets, order) || !make_side(&fast->sources, sources, order);
+  fast->symmetric = targets == sources;
+  fast->targets = &fast->own[0];
+  fast->sources = &fast->own[fast->symmetric ? 0 : 1];
+  fast->failed = !make_side(&fast->own[0], targets, order) ||
+                 (!fast->symmetric && !make_side(&fast->own[1], sources, order));
   if (!fast->failed) {
-    fast->job_count = 1;
-    assign_jobs(fast, 0, 0);
-    fast->jobs = calloc(fast->job_count, sizeof *fast->jobs);
-    fast->failed = !fast->jobs;
+    fast->weights = malloc((fast->sources->node_count + 1) * sizeof *fast->weights);
+    fast->sums = malloc(SHARES * share_size(fast) * sizeof *fast->sums);
+    fast->failed = !fast->weights || !fast->sums;
   }
-  if (!fast->failed)
+  if (!fast->failed && fast->symmetric)
+    pair_with_itself(fast, 0);
+  else if (!fast->failed)
     pair_up(fast, 0, 0);
-  if (!fast->failed)
+  if (!fast->failed) {
+    share_out(fast);
     return fast;
+  }
   zs_fast_free(fast);
   return NULL;
 }
@@ -234,21 +267,21 @@ void zs_fast_free(zs_fast *fast)
 {
   if (!fast)
     return;
-  for (size_t i = 0; fast->jobs && i < fast->job_count; i++)
-    free(fast->jobs[i].pairs);
-  free(fast->jobs);
-  free_side(&fast->targets);
-  free_side(&fast->sources);
+  free(fast->pairs);
+  free(fast->weights);
+  free(fast->sums);
+  for (int k = 0; k < 2; k++)
+    free_side(&fast->own[k]);
   free(fast);
 }
 
 double zs_fast_bytes(size_t n, unsigned dimension)
 {
-  /* Both sides have one part for some points, and up to two nodes for each point
-   * on all levels together; there are fewer pairs of clusters than points. */
-  const double parts = 4.0 * (double)n / DIRECT * 16;
-  return 2 * (parts * sizeof(part) + 2 * (double)n * (dimension + 1) * sizeof(double)) +
-         (double)n * (sizeof(pair) + sizeof(double));
+  /* There is a part for some points, and up to two nodes for each point on all levels together;
+   * there are fewer pairs of clusters than points. */
+  const double parts = 4.0 * (double)n / DIRECT * 16, nodes = 2 * (double)n;
+  return parts * sizeof(part) + nodes * (dimension + 1) * sizeof(double) +
+         SHARES * (nodes + (double)n) * sizeof(double) + (double)n * (sizeof(pair) + sizeof(double));
 }
 
 double zs_fast_pairs(const zs_fast *fast)
@@ -260,8 +293,9 @@ bool zs_fast_is_worthwhile(const zs_fast *fast)
 {
   /* Pairs of clusters cost more than pairs of points in long rows. */
   static const double WORTHWHILE = 0.6;
-  return fast->pair_count <= WORTHWHILE * (double)fast->targets.clusters->count *
-                               (double)fast->sources.clusters->count;
+  const double all =
+    (double)fast->targets->clusters->count * (double)fast->sources->clusters->count;
+  return fast->pair_count <= WORTHWHILE * (fast->symmetric ? all / 2 : all);
 }
 
 /* ---- Products ------------------------------------------------------------------------- */
@@ -288,22 +322,23 @@ static bool make_branches(const side *s, branches *b)
 
 /* Replace the sources of a branch by weights at nodes, from its ends up to
  * clusters of more than `above` points. */
-static void collect(const side *s, uint32_t index, const double *weights, size_t above)
+static void collect(const side *s, uint32_t index, const double *weights, double *node_weights,
+                    size_t above)
 {
   const zs_rbf_cluster *cluster = &s->clusters->clusters[index];
   const part *p = &s->parts[index];
   const unsigned dimension = s->clusters->dimension;
   if (!p->node_count || cluster->count <= above)
     return;
-  double *values = s->values + p->first_node;
+  double *values = node_weights + p->first_node;
   memset(values, 0, p->node_count * sizeof *values);
   for (uint32_t i = cluster->children; i < cluster->children + 2; i++) {
     const part *child = &s->parts[i];
     const zs_rbf_cluster *half = &s->clusters->clusters[i];
-    collect(s, i, weights, above);
+    collect(s, i, weights, node_weights, above);
     if (child->node_count)
       zs_nodes_select()->collect(&p->nodes, values, s->nodes + child->first_node * dimension,
-                                 child->node_count, s->values + child->first_node);
+                                 child->node_count, node_weights + child->first_node);
     else
       zs_nodes_select()->collect(&p->nodes, values, s->clusters->points + half->first * dimension,
                                  half->count, weights + half->first);
@@ -312,70 +347,109 @@ static void collect(const side *s, uint32_t index, const double *weights, size_t
 
 /* Add to the sums of a branch what was summed at nodes, from its root down to
  * clusters of at most `down_to` points. */
-static void interpolate(const side *s, uint32_t index, double *sums, size_t down_to)
+static void interpolate(const side *s, uint32_t index, double *node_sums, double *sums,
+                        size_t down_to)
 {
   const zs_rbf_cluster *cluster = &s->clusters->clusters[index];
   const part *p = &s->parts[index];
   const unsigned dimension = s->clusters->dimension;
   if (!p->node_count || cluster->count <= down_to)
     return;
-  const double *values = s->values + p->first_node;
+  const double *values = node_sums + p->first_node;
   for (uint32_t i = cluster->children; i < cluster->children + 2; i++) {
     const part *child = &s->parts[i];
     const zs_rbf_cluster *half = &s->clusters->clusters[i];
     if (child->node_count)
       zs_nodes_select()->interpolate(&p->nodes, values, s->nodes + child->first_node * dimension,
-                                     child->node_count, s->values + child->first_node);
+                                     child->node_count, node_sums + child->first_node);
     else
       zs_nodes_select()->interpolate(&p->nodes, values,
                                      s->clusters->points + half->first * dimension, half->count,
                                      sums + half->first);
-    interpolate(s, i, sums, down_to);
+    interpolate(s, i, node_sums, sums, down_to);
   }
 }
 
-static void run_job(const zs_fast *fast, const job *j, const double *weights, double *sums)
+/* A cluster as a side of a product: what stands for it, and where its numbers are. */
+typedef struct operand {
+  size_t count;
+  const double *points, *weights;
+  double *sums;
+} operand;
+
+static operand operand_of(const side *s, uint32_t index, const double *node_weights,
+                          const double *weights, double *node_sums, double *sums)
 {
-  const side *t = &fast->targets, *s = &fast->sources;
-  const unsigned dimension = t->clusters->dimension;
+  const part *p = &s->parts[index];
+  const unsigned dimension = s->clusters->dimension;
+  const size_t first = p->node_count ? p->first_node : s->clusters->clusters[index].first;
+  return (operand){size_of(s, index),
+                   (p->node_count ? s->nodes : s->clusters->points) + first * dimension,
+                   (p->node_count ? node_weights : weights) + first,
+                   (p->node_count ? node_sums : sums) + first};
+}
+
+/* Add up a share of the pairs in sums of its own. */
+static void run_share(const zs_fast *fast, size_t share, const double *weights)
+{
+  double *node_sums = fast->sums + share * share_size(fast);
+  double *sums = node_sums + fast->targets->node_count;
   zs_rbf_multiply_kernel *multiply = zs_rbf_multiply_select();
-  for (size_t i = 0; i < j->count; i++) {
-    const uint32_t target = j->pairs[i].target, source = j->pairs[i].source;
-    const part *a = &t->parts[target], *b = &s->parts[source];
-    const size_t to = t->clusters->clusters[target].first;
-    const size_t from = s->clusters->clusters[source].first;
-    multiply(&(zs_rbf_product){
-      .radial = fast->radial,
-      .dimension = dimension,
-      .target_count = size_of(t, target),
-      .source_count = size_of(s, source),
-      .targets = a->node_count ? t->nodes + a->first_node * dimension
-                               : t->clusters->points + to * dimension,
-      .sources = b->node_count ? s->nodes + b->first_node * dimension
-                               : s->clusters->points + from * dimension,
-      .weights = b->node_count ? s->values + b->first_node : weights + from,
-      .sums = a->node_count ? t->values + a->first_node : sums + to});
+  memset(node_sums, 0, share_size(fast) * sizeof *node_sums);
+  for (size_t i = fast->shares[share]; i < fast->shares[share + 1]; i++) {
+    const pair *p = &fast->pairs[i];
+    const operand a =
+      operand_of(fast->targets, p->target, fast->weights, weights, node_sums, sums);
+    const operand b =
+      operand_of(fast->sources, p->source, fast->weights, weights, node_sums, sums);
+    const bool both = fast->symmetric && p->target != p->source;
+    multiply(&(zs_rbf_product){.radial = fast->radial,
+                               .dimension = fast->targets->clusters->dimension,
+                               .target_count = a.count,
+                               .source_count = b.count,
+                               .targets = a.points,
+                               .sources = b.points,
+                               .weights = b.weights,
+                               .sums = a.sums,
+                               .target_weights = both ? a.weights : NULL,
+                               .source_sums = both ? b.sums : NULL});
+  }
+}
+
+/* Put the shares together: those of nodes in the first one's place, those of points to `sums`. */
+static void add_shares(const zs_fast *fast, double *sums)
+{
+  const size_t size = share_size(fast), nodes = fast->targets->node_count;
+#pragma omp parallel for schedule(static) num_threads(fast->threads)
+  for (size_t i = 0; i < size; i++) {
+    double sum = 0;
+    for (size_t share = 0; share < SHARES; share++)
+      sum += fast->sums[share * size + i];
+    if (i < nodes)
+      fast->sums[i] = sum;
+    else
+      sums[i - nodes] += sum;
   }
 }
 
 bool zs_fast_multiply(zs_fast *fast, const double *weights, double *sums)
 {
-  side *t = &fast->targets, *s = &fast->sources;
+  const side *t = fast->targets, *s = fast->sources;
   branches to = {.count = 0}, from = {.count = 0};
   const bool ready = make_branches(t, &to) && make_branches(s, &from);
   if (ready) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(fast->threads)
     for (size_t i = 0; i < from.count; i++)
-      collect(s, index_of(s, from.list[i]), weights, 0);
-    collect(s, 0, weights, from.most);
-    memset(t->values, 0, t->node_count * sizeof *t->values);
+      collect(s, index_of(s, from.list[i]), weights, fast->weights, 0);
+    collect(s, 0, weights, fast->weights, from.most);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(fast->threads)
-    for (size_t i = 0; i < fast->job_count; i++)
-      run_job(fast, &fast->jobs[i], weights, sums);
-    interpolate(t, 0, sums, to.most);
+    for (size_t share = 0; share < SHARES; share++)
+      run_share(fast, share, weights);
+    add_shares(fast, sums);
+    interpolate(t, 0, fast->sums, sums, to.most);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(fast->threads)
     for (size_t i = 0; i < to.count; i++)
-      interpolate(t, index_of(t, to.list[i]), sums, 0);
+      interpolate(t, index_of(t, to.list[i]), fast->sums, sums, 0);
   }
   free(to.list);
   free(from.list);
@@ -432,7 +506,7 @@ static zs_fast_errors compare(const sample *s, const double *sums)
 
 static double measure(zs_fast *fast, const sample *s, const double *weights)
 {
-  double *sums = calloc(fast->targets.clusters->count, sizeof *sums), error = INFINITY;
+  double *sums = calloc(fast->targets->clusters->count, sizeof *sums), error = INFINITY;
   if (sums && zs_fast_multiply(fast, weights, sums))
     error = compare(s, sums).mean;
   free(sums);
@@ -443,7 +517,7 @@ zs_fast_errors zs_fast_compare(const zs_fast *fast, const double *weights, const
 {
   sample s = {.exact = NULL};
   zs_fast_errors e = {INFINITY, INFINITY};
-  if (make_sample(&s, fast->radial, fast->targets.clusters, fast->sources.clusters, weights,
+  if (make_sample(&s, fast->radial, fast->targets->clusters, fast->sources->clusters, weights,
                   fast->threads))
     e = compare(&s, sums);
   free(s.exact);

@@ -6,7 +6,8 @@
  * around them, and so are the targets.  What is left is sums of pairs again,
  * which product.h adds up: nothing depends on the kernel, and no tables of
  * operators have to be made.  A cluster with fewer points than nodes stands for
- * itself, and thin ones have fewer nodes across.  See Wilson, Vaughn and Krasny,
+ * itself, and thin ones have fewer nodes across.  Among the points of one tree phi of each pair
+ * is found once for both.  See Wilson, Vaughn and Krasny,
  * "A GPU-accelerated fast multipole method based on barycentric Lagrange
  * interpolation and dual tree traversal", Comput. Phys. Commun. 265 (2021). */
 #ifndef ZS_RBF_FAST_H
@@ -26,7 +27,8 @@ zs_fast *zs_fast_new(zs_rbf_radial radial, const zs_rbf_clusters *targets,
 void zs_fast_free(zs_fast *fast);
 
 /* sums[i] += sum_j weights[j] phi (|targets_i - sources_j|), about; points in the
- * order of their trees.  One product at a time; false when memory is out. */
+ * order of their trees.  Sums do not depend on the threads.  One product at a time; false when
+ * memory is out. */
 bool zs_fast_multiply(zs_fast *fast, const double *weights, double *sums);
 
 /* About the bytes that it takes for n points with themselves. */

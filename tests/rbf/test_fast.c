@@ -306,6 +306,29 @@ static void each_product_is_as_accurate_as_asked(void **state)
   zs_rbf_clusters_free(clusters);
 }
 
+/* Bits of sums do not tell how many threads there were. */
+static void threads_do_not_matter(void **state)
+{
+  (void)state;
+  enum { COUNT = 3000, OTHERS = 700, MOST = 3 };
+  zs_rbf_clusters *clusters = random_clusters(CLUSTERED, 3, COUNT, 21);
+  zs_rbf_clusters *others = random_clusters(RANDOM, 3, OTHERS, 22);
+  double *weights = random_weights(COUNT), sums[MOST][COUNT];
+  for (int both = 0; both < 2; both++) {
+    memset(sums, 0, sizeof sums);
+    for (unsigned threads = 1; threads <= MOST; threads++) {
+      zs_fast *fast = zs_fast_new(r3, both ? clusters : others, clusters, 5, threads);
+      assert_non_null(fast);
+      assert_true(zs_fast_multiply(fast, weights, sums[threads - 1]));
+      assert_memory_equal(sums[threads - 1], sums[0], sizeof sums[0]);
+      zs_fast_free(fast);
+    }
+  }
+  zs_rbf_clusters_free(clusters);
+  zs_rbf_clusters_free(others);
+  free(weights);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -316,6 +339,7 @@ int main(void)
     cmocka_unit_test(pairs_are_few),
     cmocka_unit_test(the_asked_accuracy_is_chosen),
     cmocka_unit_test(each_product_is_as_accurate_as_asked),
+    cmocka_unit_test(threads_do_not_matter),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
