@@ -5,7 +5,7 @@
 #include <string.h>
 
 enum {
-  SAMPLES = 8, /* of a ray in a leaf ... */
+  SAMPLES = 10, /* of a ray in a leaf ... */
   TOGETHER = ZS_BLOCK / ZS_COLUMN_RAYS, /* ... this many of all rays at a time */
   PEAK_STEPS = 8,
   ROOT_STEPS = 40

@@ -9,7 +9,7 @@
 #define ZS_LEAF_BEYOND 0.03f
 
 /* Depth of a leaf in pixels. */
-#define ZS_LEAF_DEPTH 8
+#define ZS_LEAF_DEPTH 12
 
 /* Columns and leaves lo <= i < hi of a tile.  The surface is where the sign
  * changes, for which a program is often much shorter than for all of f. */
