@@ -5,8 +5,8 @@
  *
  * The sum of a whole program is added up term by term, which takes a time by the
  * number of centres.  Restricted to any box it is found cell by cell (cells.h),
- * at a cost that hardly depends on it; near the centres that is off by at most
- * about `accuracy` times what f varies over them. */
+ * unless centres are few, at a cost that hardly depends on it; near the centres that
+ * is off by at most about `accuracy` times what f varies over them. */
 #ifndef ZS_RBF_SUM_H
 #define ZS_RBF_SUM_H
 
@@ -36,7 +36,8 @@ zs_rbf_sum *zs_rbf_sum_new(const zs_rbf *rbf, unsigned space, const double *extr
                            double accuracy, const zs_control *control, zs_diag *diag);
 void zs_rbf_sum_free(void *sum);
 
-/* The sum to use in the box lo .. hi; `data` itself where the cells do not reach. */
+/* The sum to use in the box lo .. hi; `data` itself where the cells do not reach, or are not
+ * worth it. */
 const void *zs_rbf_sum_restricted(const void *data, const float lo[3], const float hi[3],
                                   zs_arena *arena);
 

@@ -388,6 +388,17 @@ static void restricted_sums_equal_the_whole(void **state)
   }
 }
 
+static void few_centres_are_added_up(void **state)
+{
+  (void)state;
+  zs_rbf *rbf = sphere_fit(3, ZS_RBF_R3, 12, 3);
+  zs_rbf_sum *sum = sum_of(rbf, 2);
+  const float lo[3] = {0, 0, 0}, hi[3] = {0.1f, 0.1f, 0.1f};
+  assert_ptr_equal(zs_rbf_sum_restricted(sum, lo, hi, NULL), sum);
+  zs_rbf_sum_free(sum);
+  zs_rbf_free(rbf);
+}
+
 /* What is asked for is kept near the surface, and less costs less. */
 static void accuracy_is_kept(void **state)
 {
@@ -533,6 +544,7 @@ int main(void)
     cmocka_unit_test(sums_equal_fits),
     cmocka_unit_test(bounds_hold_samples),
     cmocka_unit_test(restricted_sums_equal_the_whole),
+    cmocka_unit_test(few_centres_are_added_up),
     cmocka_unit_test(accuracy_is_kept),
     cmocka_unit_test(bounds_are_unknown_outside),
     cmocka_unit_test(pruning_loses_nothing),
