@@ -30,6 +30,7 @@ zs_sources += \
   src/samples/warp_point.h
 
 zs_kernel_sources += \
+  src/samples/minkowski.kernel.c \
   src/samples/polygon.kernel.c \
   src/samples/raster.kernel.c \
   src/samples/skeleton.kernel.c \

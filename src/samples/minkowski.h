@@ -9,6 +9,7 @@
 #define ZS_MINKOWSKI_H
 
 #include "base/diagnostic.h"
+#include "field/operation.h"
 #include "samples/fill.h"
 
 #include <stdint.h>
@@ -44,5 +45,15 @@ bool zs_minkowski_raise(const zs_lattice_samples *a, const zs_lattice_points *po
  * the axes being together: `count` of them, 3 indices each, for free().  NULL when memory is
  * out. */
 uint32_t (*zs_lattice_parts(const zs_lattice_samples *a, size_t *count))[3];
+
+/* ---- For the kernels ------------------------------------------------------ */
+
+typedef struct zs_minkowski_kernels {
+  /* zs_minkowski_raise for row (j, k) of the sum along x */
+  void (*raise_row)(const zs_lattice_samples *a, const zs_lattice_points *points,
+                    const zs_lattice_samples *sum, uint32_t j, uint32_t k);
+} zs_minkowski_kernels;
+
+ZS_DECLARE_VARIANTS(zs_minkowski_kernels, zs_minkowski_table)
 
 #endif

@@ -9,50 +9,16 @@
 
 /* ---- Raising ------------------------------------------------------------------------------ */
 
-/* Where the differences of lattice points and a point start in `a` along one axis, and how far
- * they are on the way to the next sample: the same for all of them. */
-static size_t start_of(const zs_lattice_samples *a, int32_t first, double point, int k, float *part)
-{
-  const double at = first - point - a->lo[k];
-  const double whole = a->count[k] > 1 ? floor(at) : 0;
-  *part = a->count[k] > 1 ? (float)(at - whole) : 0;
-  return (size_t)whole;
-}
-
-/* One row of the sum along x. */
-static void raise_row(const zs_lattice_samples *a, const zs_lattice_points *points,
-                      const zs_lattice_samples *sum, uint32_t j, uint32_t k)
-{
-  float *f = sum->f + ((size_t)k * sum->count[1] + j) * sum->count[0];
-  const uint32_t n = sum->count[0];
-  const size_t row = a->count[0], layer = a->count[2] > 1 ? row * a->count[1] : 0;
-  for (size_t p = 0; p < points->count; p++) {
-    float u, v, w;
-    const double *b = points->at[p];
-    const size_t x = start_of(a, sum->lo[0], b[0], 0, &u);
-    const size_t y = start_of(a, sum->lo[1] + (int32_t)j, b[1], 1, &v);
-    const size_t z = start_of(a, sum->lo[2] + (int32_t)k, b[2], 2, &w);
-    const float *g = a->f + (z * a->count[1] + y) * row + x;
-    const float *above = g + row, *behind = g + layer, *beyond = behind + row;
-    const float c = (1 - v) * (1 - w), d = v * (1 - w), e = (1 - v) * w, h = v * w, t = 1 - u;
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) {
-      const float here = c * g[i] + d * above[i] + e * behind[i] + h * beyond[i];
-      const float next = c * g[i + 1] + d * above[i + 1] + e * behind[i + 1] + h * beyond[i + 1];
-      const float value = t * here + u * next;
-      f[i] = value > f[i] ? value : f[i];
-    }
-  }
-}
-
 bool zs_minkowski_raise(const zs_lattice_samples *a, const zs_lattice_points *points,
                         zs_lattice_samples *sum, const zs_control *control, zs_diag *diag)
 {
+  static const zs_minkowski_kernels *const table[ZS_ISA_COUNT] = ZS_VARIANTS(zs_minkowski_table, );
+  const zs_minkowski_kernels *kernels = table[zs_isa_select()];
   const int32_t rows = (int32_t)sum->count[1];
   for (uint32_t k = 0; k < sum->count[2]; k++) {
 #pragma omp parallel for schedule(dynamic, 4) num_threads(zs_control_threads(control))
     for (int32_t j = 0; j < rows; j++)
-      raise_row(a, points, sum, (uint32_t)j, k);
+      kernels->raise_row(a, points, sum, (uint32_t)j, k);
     if (control && control->progress &&
         !control->progress(control->context, "sum", (k + 1.0) / sum->count[2]))
       return zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");
