@@ -23,7 +23,7 @@ enum { ZS_COORDINATES = 3 };
 /* Whether two instructions that stand next to each other are siblings (operation.h). */
 static inline bool zs_instructions_are_siblings(const zs_instruction *a, const zs_instruction *b)
 {
-  return a->operation == b->operation && a->operation->are_siblings &&
+  return a->operation->are_siblings && a->operation == b->operation &&
          !memcmp(a->in, b->in, sizeof a->in) && a->operation->are_siblings(a->data, b->data);
 }
 
@@ -40,9 +40,10 @@ typedef struct zs_program {
 static inline unsigned zs_program_siblings(const zs_program *program, uint32_t index)
 {
   const zs_instruction *first = &program->instructions[index];
+  const uint32_t behind = program->count - 1 - index;
   unsigned count = 0;
-  while (first->operation->are_siblings && count < ZS_MAXIMUM_SIBLINGS &&
-         index + count + 1 < program->count && zs_instructions_are_siblings(first, first + count + 1))
+  while (count < ZS_MAXIMUM_SIBLINGS && count < behind &&
+         zs_instructions_are_siblings(first, first + count + 1))
     count++;
   return count;
 }

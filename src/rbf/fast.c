@@ -54,9 +54,9 @@ struct zs_fast {
   double *weights; /* of the sources' nodes */
   double *sums;    /* by share: of the targets' nodes, then of the targets */
   pair *pairs;
-  size_t pair_list_count, pair_capacity;
+  size_t pair_count, pair_capacity;
   size_t shares[SHARES + 1]; /* the first pair of each */
-  double pair_count;
+  double terms; /* that a product adds up */
   bool failed; /* memory was out */
 };
 
@@ -160,14 +160,14 @@ static double terms_of(const zs_fast *fast, const pair *p)
 static void add_pair(zs_fast *fast, uint32_t target, uint32_t source)
 {
   pair *pairs =
-    zs_array_grown(fast->pairs, fast->pair_list_count + 1, &fast->pair_capacity, sizeof *pairs);
+    zs_array_grown(fast->pairs, fast->pair_count + 1, &fast->pair_capacity, sizeof *pairs);
   if (!pairs) {
     fast->failed = true;
     return;
   }
   fast->pairs = pairs;
-  pairs[fast->pair_list_count] = (pair){target, source};
-  fast->pair_count += terms_of(fast, &pairs[fast->pair_list_count++]);
+  pairs[fast->pair_count] = (pair){target, source};
+  fast->terms += terms_of(fast, &pairs[fast->pair_count++]);
 }
 
 static bool is_far(const zs_fast *fast, const part *a, const part *b)
@@ -217,13 +217,13 @@ static void share_out(zs_fast *fast)
 {
   double terms = 0;
   size_t share = 0;
-  for (size_t i = 0; i < fast->pair_list_count; i++) {
-    while (share < SHARES && terms >= fast->pair_count * (double)share / SHARES)
+  for (size_t i = 0; i < fast->pair_count; i++) {
+    while (share < SHARES && terms >= fast->terms * (double)share / SHARES)
       fast->shares[share++] = i;
     terms += terms_of(fast, &fast->pairs[i]);
   }
   while (share <= SHARES)
-    fast->shares[share++] = fast->pair_list_count;
+    fast->shares[share++] = fast->pair_count;
 }
 
 /* Numbers of a share. */
@@ -281,12 +281,13 @@ double zs_fast_bytes(size_t n, unsigned dimension)
    * there are fewer pairs of clusters than points. */
   const double parts = 4.0 * (double)n / DIRECT * 16, nodes = 2 * (double)n;
   return parts * sizeof(part) + nodes * (dimension + 1) * sizeof(double) +
-         SHARES * (nodes + (double)n) * sizeof(double) + (double)n * (sizeof(pair) + sizeof(double));
+         SHARES * (nodes + (double)n) * sizeof(double) +
+         (double)n * (sizeof(pair) + sizeof(double));
 }
 
 double zs_fast_pairs(const zs_fast *fast)
 {
-  return fast->pair_count;
+  return fast->terms;
 }
 
 bool zs_fast_is_worthwhile(const zs_fast *fast)
@@ -295,7 +296,7 @@ bool zs_fast_is_worthwhile(const zs_fast *fast)
   static const double WORTHWHILE = 0.6;
   const double all =
     (double)fast->targets->clusters->count * (double)fast->sources->clusters->count;
-  return fast->pair_count <= WORTHWHILE * (fast->symmetric ? all / 2 : all);
+  return fast->terms <= WORTHWHILE * (fast->symmetric ? all / 2 : all);
 }
 
 /* ---- Products ------------------------------------------------------------------------- */

@@ -3,9 +3,11 @@
  *
  * The edges stand in a tree of boxes, so that thousands of vertices cost little
  * more than a few: a block of points looks at the edges that can be nearest to
- * one of its points, unless these are scattered; a region of the plane keeps only those.  The sign of a
- * point follows from that of a point whose side is known, by counting the edges
- * between the two: there is one beside the edges of each leaf, so that few are. */
+ * one of its points, unless these are scattered, and a region of the plane keeps
+ * only those.  The sign of a point follows from that of a point whose side is
+ * known, by counting the edges between the two: there is one beside the edges of
+ * each leaf, so that few are.
+ */
 #ifndef ZS_POLYGON_H
 #define ZS_POLYGON_H
 
