@@ -174,14 +174,21 @@ double zs_program_point(zs_eval *eval, const zs_program *program, const double p
   return value[program->count - 1];
 }
 
+/* Remember where the inputs of an instruction with a regional form are. */
+static void keep_inputs(zs_eval *eval, const zs_instruction *instruction,
+                        const zs_bounds_arguments *arguments)
+{
+  const zs_operation *operation = instruction->operation;
+  for (unsigned k = 0; operation->restricted && k < operation->arity; k++)
+    eval->regional[instruction->ordinal][k] = *arguments->in[k];
+}
+
 /* A sibling has the inputs of the instruction whose arguments these are. */
 static void take_sibling(zs_eval *eval, const zs_program *program, uint32_t index,
                          zs_bounds *result, zs_bounds_arguments *arguments, unsigned number)
 {
   const zs_instruction *instruction = &program->instructions[index];
-  const zs_operation *operation = instruction->operation;
-  for (unsigned k = 0; operation->restricted && k < operation->arity; k++)
-    eval->regional[instruction->ordinal][k] = *arguments->in[k];
+  keep_inputs(eval, instruction, arguments);
   arguments->sibling[number].data = instruction->data;
   arguments->sibling[number].out =
     index == program->count - 1 ? result : &eval->bounds[program->registers[index]];
@@ -203,9 +210,8 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
       uint32_t in = instruction->in[k];
       arguments.in[k] =
         in < ZS_COORDINATES ? &boxes->axis[in] : &eval->bounds[program->registers[in]];
-      if (operation->restricted)
-        eval->regional[instruction->ordinal][k] = *arguments.in[k];
     }
+    keep_inputs(eval, instruction, &arguments);
     arguments.demand = instruction->demand;
     arguments.choice = operation->choice ? &eval->choices[instruction->ordinal] : NULL;
     arguments.links = operation->chain ? &eval->links[instruction->ordinal] : NULL;

@@ -61,22 +61,10 @@ static double clamped(float s)
 
 static const zs_rbf_radial plate = {ZS_RBF_TPS2, 0};
 
-static zs_vector load(const double *from)
-{
-  zs_vector v;
-  memcpy(&v, from, sizeof v);
-  return v;
-}
-
-static void store(double *to, zs_vector v)
-{
-  memcpy(to, &v, sizeof v);
-}
-
 static void add_values(run *r, const zs_flow *flow, const zs_flow_state *v)
 {
   for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
-    const zs_vector x = load(r->x + i), y = load(r->y + i);
+    const zs_vector x = zs_vector_load(r->x + i), y = zs_vector_load(r->y + i);
     zs_vector sum[2];
     for (int k = 0; k < 2; k++) {
       const double *c = v->polynomial[k];
@@ -89,7 +77,7 @@ static void add_values(run *r, const zs_flow *flow, const zs_flow_state *v)
         sum[k] += v->weight[k][j] * phi;
     }
     for (int k = 0; k < 2; k++)
-      store(r->sum[k][0] + i, sum[k]);
+      zs_vector_store(r->sum[k][0] + i, sum[k]);
   }
 }
 
@@ -155,8 +143,8 @@ static void add_moving(run *r, const zs_flow *flow, size_t interval)
   const size_t n = flow->centres;
   const int weights = flow->used[0], places = flow->used[1];
   for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
-    const zs_vector x = load(r->x + i), y = load(r->y + i);
-    const series p = series_at(flow, interval, load(r->place + i), false);
+    const zs_vector x = zs_vector_load(r->x + i), y = zs_vector_load(r->y + i);
+    const series p = series_at(flow, interval, zs_vector_load(r->place + i), false);
     zs_vector sum[2];
     for (int k = 0; k < 2; k++)
       sum[k] = channel(&p, p.polynomial[k], weights, NULL) +
@@ -170,7 +158,7 @@ static void add_moving(run *r, const zs_flow *flow, size_t interval)
         sum[k] += channel(&p, p.weight[k] + j, weights, NULL) * phi;
     }
     for (int k = 0; k < 2; k++)
-      store(r->sum[k][0] + i, sum[k]);
+      zs_vector_store(r->sum[k][0] + i, sum[k]);
   }
 }
 
@@ -203,8 +191,8 @@ static inline ZS_ALWAYS tangent polynomial_at(const series *p, int component, zs
 static void add_slopes(run *r, const zs_flow *flow, size_t interval)
 {
   for (unsigned i = 0; i < r->count; i += ZS_WIDTH) {
-    const zs_vector x = load(r->x + i), y = load(r->y + i);
-    const series p = series_at(flow, interval, load(r->place + i), true);
+    const zs_vector x = zs_vector_load(r->x + i), y = zs_vector_load(r->y + i);
+    const series p = series_at(flow, interval, zs_vector_load(r->place + i), true);
     tangent t[2] = {polynomial_at(&p, 0, x, y), polynomial_at(&p, 1, x, y)};
     for (size_t j = 0; j < flow->centres; j++) {
       const centre c = centre_at(&p, j, x, y);
@@ -216,10 +204,10 @@ static void add_slopes(run *r, const zs_flow *flow, size_t interval)
       }
     }
     for (int k = 0; k < 2; k++) {
-      store(r->sum[k][0] + i, t[k].f);
-      store(r->sum[k][1] + i, t[k].x);
-      store(r->sum[k][2] + i, t[k].y);
-      store(r->sum[k][3] + i, t[k].s);
+      zs_vector_store(r->sum[k][0] + i, t[k].f);
+      zs_vector_store(r->sum[k][1] + i, t[k].x);
+      zs_vector_store(r->sum[k][2] + i, t[k].y);
+      zs_vector_store(r->sum[k][3] + i, t[k].s);
     }
   }
 }

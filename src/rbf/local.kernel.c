@@ -18,19 +18,6 @@ enum {
   DEPTH = 192        /* ... and how many of these at a time, for caches to hold both */
 };
 
-/* One vector at a time: compilers copy several as bytes, by way of memory. */
-static inline ZS_ALWAYS zs_vector load(const double *from)
-{
-  zs_vector v;
-  memcpy(&v, from, sizeof v);
-  return v;
-}
-
-static inline ZS_ALWAYS void store(double *to, zs_vector v)
-{
-  memcpy(to, &v, sizeof v);
-}
-
 /* c -= a b, one strip: a has depth columns of STRIP, b as many rows of COLUMNS. */
 static inline ZS_ALWAYS void subtract_strip(double *c, size_t c_stride, const double *a,
                                             const double *b, size_t depth)
@@ -39,7 +26,7 @@ static inline ZS_ALWAYS void subtract_strip(double *c, size_t c_stride, const do
   for (size_t k = 0; k < depth; k++) {
     zs_vector column[VECTORS];
     for (unsigned v = 0; v < VECTORS; v++)
-      column[v] = load(a + k * STRIP + v * ZS_WIDTH);
+      column[v] = zs_vector_load(a + k * STRIP + v * ZS_WIDTH);
     for (unsigned j = 0; j < COLUMNS; j++)
       for (unsigned v = 0; v < VECTORS; v++)
         sum[j][v] += column[v] * b[k * COLUMNS + j];
@@ -47,7 +34,7 @@ static inline ZS_ALWAYS void subtract_strip(double *c, size_t c_stride, const do
   for (unsigned j = 0; j < COLUMNS; j++)
     for (unsigned v = 0; v < VECTORS; v++) {
       double *at = c + j * c_stride + v * ZS_WIDTH;
-      store(at, load(at) - sum[j][v]);
+      zs_vector_store(at, zs_vector_load(at) - sum[j][v]);
     }
 }
 
@@ -65,7 +52,7 @@ static void pack_left(double *to, const double *a, size_t a_stride, size_t depth
 {
   for (size_t k = 0; k < depth; k++)
     for (size_t v = 0; v < STRIP; v += ZS_WIDTH)
-      store(to + k * STRIP + v, load(a + k * a_stride + v));
+      zs_vector_store(to + k * STRIP + v, zs_vector_load(a + k * a_stride + v));
 }
 
 /* c -= a b where b[k, j] is b[k * b_down + j * b_across].  Factors are packed: columns of a
@@ -136,11 +123,11 @@ static void divide_transposed(double *x, size_t x_stride, size_t rows, const dou
   for (size_t i = 0; i < rows; i += ZS_WIDTH) {
     zs_vector strip[BLOCK];
     for (size_t j = 0; j < BLOCK; j++) {
-      zs_vector sum = load(x + j * x_stride + i);
+      zs_vector sum = zs_vector_load(x + j * x_stride + i);
       for (size_t k = 0; k < j; k++)
         sum -= t.below[j][k] * strip[k];
       strip[j] = sum * t.below[j][j];
-      store(x + j * x_stride + i, strip[j]);
+      zs_vector_store(x + j * x_stride + i, strip[j]);
     }
   }
 }
@@ -153,11 +140,11 @@ static void divide(double *x, size_t x_stride, size_t rows, const double *l, siz
   for (size_t i = 0; i < rows; i += ZS_WIDTH) {
     zs_vector strip[BLOCK];
     for (size_t j = BLOCK; j-- > 0;) {
-      zs_vector sum = load(x + j * x_stride + i);
+      zs_vector sum = zs_vector_load(x + j * x_stride + i);
       for (size_t k = j + 1; k < BLOCK; k++)
         sum -= t.above[j][k] * strip[k];
       strip[j] = sum * t.above[j][j];
-      store(x + j * x_stride + i, strip[j]);
+      zs_vector_store(x + j * x_stride + i, strip[j]);
     }
   }
 }

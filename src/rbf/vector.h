@@ -4,6 +4,7 @@
 #define ZS_RBF_VECTOR_H
 
 #include <stdint.h>
+#include <string.h>
 #if defined __SSE2__
 #include <immintrin.h>
 #else
@@ -30,6 +31,20 @@ enum { ZS_WIDTH = 2 };
 typedef double zs_vector __attribute__((vector_size(ZS_WIDTH * sizeof(double))));
 typedef int64_t zs_integers __attribute__((vector_size(ZS_WIDTH * sizeof(int64_t))));
 typedef uint64_t zs_bits __attribute__((vector_size(ZS_WIDTH * sizeof(uint64_t))));
+
+/* Numbers that may not be aligned, one vector at a time: compilers copy several as bytes, by way
+ * of memory. */
+static inline ZS_ALWAYS zs_vector zs_vector_load(const double *from)
+{
+  zs_vector v;
+  memcpy(&v, from, sizeof v);
+  return v;
+}
+
+static inline ZS_ALWAYS void zs_vector_store(double *to, zs_vector v)
+{
+  memcpy(to, &v, sizeof v);
+}
 
 #if defined __AVX512F__
 /* Square roots of 0 and of positive normal numbers, to the last bit or so: the

@@ -152,36 +152,10 @@ static inline void go_to(gap *g, const zs_raster *r, float z)
     *g = gap_at(r, z);
 }
 
-static void value(const zs_block_arguments *a)
-{
-  const zs_raster *r = a->data;
-  const float *x = a->in[0], *y = a->in[1], *z = a->in[2];
-  gap g = gap_at(r, z[0]);
-  for (unsigned i = 0; i < a->n; i++) {
-    place p;
-    weights wx, wy, wz;
-    place_at(r, x[i], y[i], &p);
-    go_to(&g, r, z[i]);
-    weigh(p.x, &wx);
-    weigh(p.y, &wy);
-    weigh_layers(&g, z[i], &wz);
-    four sum = {0};
-    for (int k = g.begin; k < g.end; k++) {
-      const float *corner = p.corner + (ptrdiff_t)(g.first + k) * (ptrdiff_t)r->layer;
-      four f = {0};
-      for (int j = 0; j < 4; j++, corner += r->row) {
-        four row;
-        memcpy(&row, corner, sizeof row);
-        add_scaled(&f, wy.value[j], &row);
-      }
-      add_scaled(&sum, wz.value[k], &f);
-    }
-    a->out[i] = product(&sum, &wx.value) - p.distance + 0 * (x[i] + y[i] + z[i]); /* keeps NaN */
-  }
-}
-
-/* f and its derivatives by x, y and z at a point. */
-static void tangent_at(const zs_raster *r, gap *g, float x, float y, float z, float tangent[4])
+/* f at a point, and with `slopes` its derivatives by x, y and z behind it. */
+__attribute__((always_inline)) static inline void evaluate(const zs_raster *r, gap *g, float x,
+                                                           float y, float z, bool slopes,
+                                                           float tangent[])
 {
   place p;
   weights wx, wy, wz;
@@ -198,16 +172,33 @@ static void tangent_at(const zs_raster *r, gap *g, float x, float y, float z, fl
       four row;
       memcpy(&row, corner, sizeof row);
       add_scaled(&f, wy.value[j], &row);
-      add_scaled(&f_y, wy.slope[j], &row);
+      if (slopes)
+        add_scaled(&f_y, wy.slope[j], &row);
     }
     add_scaled(&sum, wz.value[k], &f);
-    add_scaled(&by_y, wz.value[k], &f_y);
-    add_scaled(&by_z, wz.slope[k], &f);
+    if (slopes) {
+      add_scaled(&by_y, wz.value[k], &f_y);
+      add_scaled(&by_z, wz.slope[k], &f);
+    }
   }
   tangent[0] = product(&sum, &wx.value) - p.distance;
+  if (!slopes)
+    return;
   tangent[1] = p.away[0] != 0 ? -p.away[0] / p.distance : product(&sum, &wx.slope);
   tangent[2] = p.away[1] != 0 ? -p.away[1] / p.distance : product(&by_y, &wx.value);
   tangent[3] = product(&by_z, &wx.value);
+}
+
+static void value(const zs_block_arguments *a)
+{
+  const zs_raster *r = a->data;
+  const float *x = a->in[0], *y = a->in[1], *z = a->in[2];
+  gap g = gap_at(r, z[0]);
+  for (unsigned i = 0; i < a->n; i++) {
+    float f;
+    evaluate(r, &g, x[i], y[i], z[i], false, &f);
+    a->out[i] = f + 0 * (x[i] + y[i] + z[i]); /* keeps NaN */
+  }
 }
 
 static void gradient(const zs_block_arguments *a)
@@ -218,7 +209,7 @@ static void gradient(const zs_block_arguments *a)
   for (unsigned i = 0; i < a->n; i++) {
     const float unknown = 0 * (x[i] + y[i] + z[i]); /* keeps NaN */
     float f[4], by[3];
-    tangent_at(r, &g, x[i], y[i], z[i], f);
+    evaluate(r, &g, x[i], y[i], z[i], true, f);
     for (unsigned k = 0; k < 3; k++) {
       const unsigned row = (k + 1) * ZS_BLOCK + i;
       by[k] = f[1] * x[row] + f[2] * y[row] + f[3] * z[row] + unknown;
