@@ -281,8 +281,9 @@ const zs_kind zs_kind_stack = {
          "smoothly unless the method is linear; where pixels have two values alone it does not follow "
          "their stairs, but every pixel of a slice is on the side that it "
          "is in the file. f is sampled on layers about a pixel apart and interpolated by cubics; "
-         "near the surface it is about the distance in the slices' planes. Slices may be empty, "
-         "but not all of them. The solid is made once for all uses and all values of "
+         "near the surface it is about the distance in the slices' planes; where the pixels of a "
+         "volume are not square, the distance in slices that are stretched until they are. Slices "
+         "may be empty, but not all of them. The solid is made once for all uses and all values of "
          "parameters.",
   .source = "radial functions: Savchenko et al., \"Function representation of solids "
             "reconstructed from scattered surface points and contours\" (1995); Turk, O'Brien, "

@@ -151,13 +151,10 @@ static double column_length(const double matrix[12], int k)
   return hypot(hypot(matrix[k], matrix[4 + k]), matrix[8 + k]);
 }
 
-/* Distances are found in square pixels, and slices lie straight above each other. */
+/* Slices lie straight above each other. */
 static bool check_volume(const zs_volume *v, const zs_node *node, zs_diag *diag)
 {
-  const double *m = v->matrix, a = column_length(m, 0), b = column_length(m, 1);
-  if (!(fabs(a - b) <= 1e-3 * a))
-    return zs_node_fail(node, diag, "src", "pixels have the sides %g and %g; expected square ones",
-                        a, b);
+  const double *m = v->matrix;
   for (int k = 0; k < 3; k++) {
     const int l = (k + 1) % 3;
     const double dot = m[k] * m[l] + m[4 + k] * m[4 + l] + m[8 + k] * m[8 + l];
@@ -176,7 +173,9 @@ static bool read_volume(zs_stack_read *read, const zs_stack_source *source, cons
     return false;
   if (!zs_affine_invert(v->matrix, read->matrix))
     return zs_node_fail(node, diag, "src", "the axes of the volume lie in a plane");
-  read->pixel = column_length(v->matrix, 0);
+  /* Slices are joined as if their pixels were square, of the same area: the solid is stretched
+   * with them afterwards. */
+  read->pixel = sqrt(column_length(v->matrix, 0) * column_length(v->matrix, 1));
   const double apart = column_length(v->matrix, 2) / read->pixel;
   for (size_t k = 0; k < v->size[2]; k += (size_t)p->every)
     if (!add_slice(read, source, node, k, (double)k * apart, diag))

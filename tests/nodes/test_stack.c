@@ -424,6 +424,47 @@ static void test_volume(void **unused)
               0);
 }
 
+/* A ball of labels, its pixels as large as told. */
+static void write_ball(const char *name, double x, double y, double z)
+{
+  enum { SIDE = 24, SLICES = 8 };
+  FILE *file = create(name);
+  fprintf(file, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: %d %d %d\nspacings: %g %g %g\n"
+                "encoding: raw\n\n", SIDE, SIDE, SLICES, x, y, z);
+  for (int i = 0; i < SIDE * SIDE * SLICES; i++) {
+    const double dx = i % SIDE - 11.2, dy = i / SIDE % SIDE - 12.1, dz = 3 * (i / SIDE / SIDE - 3.5);
+    fputc(dx * dx + dy * dy + dz * dz < 90, file);
+  }
+  assert_int_equal(fclose(file), 0);
+}
+
+/* Pixels that are not square stretch the solid: the same as of square ones of their area, which
+ * every given pixel of is on its side. */
+static void test_pixels_that_are_not_square(void **unused)
+{
+  (void)unused;
+  write_ball("square.nrrd", 2, 2, 6);
+  write_ball("oblong.nrrd", 1, 4, 6);
+  zs_field *square = compile(DOMAIN "<stack src='square.nrrd' label='1'/>");
+  zs_field *oblong = compile(DOMAIN "<stack src='oblong.nrrd' label='1'/>");
+  zs_eval *a = evaluator(square), *b = evaluator(oblong);
+  unsigned inside = 0;
+  for (int i = 0; i < 24 * 24 * 15; i++) {
+    const double x = i % 24, y = i / 24 % 24, z = i / 24 / 24 * 0.5;
+    const double f = zs_eval_point(a, (const double[3]){2 * x, 2 * y, 6 * z});
+    assert_true(fabs(f - zs_eval_point(b, (const double[3]){x, 4 * y, 6 * z})) < 1e-5);
+    const double dx = x - 11.2, dy = y - 12.1, dz = 3 * (z - 3.5);
+    if (z == floor(z))
+      assert_int_equal(f >= 0, dx * dx + dy * dy + dz * dz < 90);
+    inside += f >= 0;
+  }
+  assert_true(inside > 500);
+  zs_eval_free(a);
+  zs_eval_free(b);
+  zs_field_unref(square);
+  zs_field_unref(oblong);
+}
+
 /* ---- Bad input --------------------------------------------------------------------------- */
 
 static void test_bad_input(void **unused)
@@ -503,7 +544,6 @@ static void test_bad_input(void **unused)
   refuses("<stack src='run*.pgm' level='7'/>", "7 is no brightness");
   refuses("<stack src='run*.pgm' every='0'/>", "expected a whole number");
   refuses("<stack src='thick.nrrd' pixel='2'/>", "the volume itself says");
-  refuses("<stack src='thick.nrrd'/>", "expected square ones");
 }
 
 /* Shapes of one pixel, pictures of one, and slices that are empty at the ends. */
@@ -555,6 +595,7 @@ int main(void)
     cmocka_unit_test(test_file_is_read_once),
     cmocka_unit_test(test_tiff),      cmocka_unit_test(test_outlines),
     cmocka_unit_test(test_outline_choices), cmocka_unit_test(test_volume),
+    cmocka_unit_test(test_pixels_that_are_not_square),
     cmocka_unit_test(test_least),     cmocka_unit_test(test_bad_input),
     cmocka_unit_test(test_gap_with_levels),
   };
