@@ -1,6 +1,8 @@
 /* The double-precision definitions of the blends. */
 #include "field/blend.h"
 
+#include "field/scalar.h"
+
 #include <math.h>
 
 static double r_alpha(const void *data, const double in[])
@@ -87,8 +89,14 @@ static double interpolation(const void *data, const double in[])
 static zs_demand r_alpha_demand(const void *data, zs_demand result)
 {
   (void)data;
-  const bool sign_only = result.below == 0 && result.above == 0;
-  return sign_only ? result : (zs_demand){INFINITY, INFINITY};
+  return zs_demand_is_sign(result) ? result : (zs_demand){INFINITY, INFINITY};
+}
+
+static const zs_operation *r_alpha_for_sign(const void *data)
+{
+  const zs_blend *p = data;
+  return zs_scalar_operation(p->side > 0 ? ZS_FUNCTION_MAXIMUM : ZS_FUNCTION_MINIMUM,
+                             ZS_FORM_REGISTERS);
 }
 
 /* How many reaches an operand has to be away from where the result matters to
@@ -139,6 +147,7 @@ const zs_operation zs_r_alpha = {.name = "r-alpha",
                                  .arity = 2,
                                  .choice = true,
                                  .demand = r_alpha_demand,
+                                 .for_sign = r_alpha_for_sign,
                                  .data_size = sizeof(zs_blend),
                                  .kernels = zs_r_alpha_kernels_table,
                                  .reference = r_alpha};

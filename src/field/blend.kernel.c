@@ -286,36 +286,70 @@ static void interpolation_gradient(const zs_block_arguments *x)
 
 /* ---- Bounds ------------------------------------------------------------------- */
 
+/* At opposite operands the steps' errors are divided by q = sqrt(2 + 2 alpha). */
+static float r_alpha_ulps(numbers c)
+{
+  return 8 + 8 * sqrtf(c.scale);
+}
+
 /* An R-function grows with both operands. */
 static zs_interval r_alpha_interval(zs_interval a, zs_interval b, numbers c)
 {
   float unused;
-  /* At opposite operands the steps' errors are divided by q = sqrt(2 + 2 alpha). */
-  const float ulps = 8 + 8 * sqrtf(c.scale);
   const float p = r_alpha(a.lo, b.lo, c, &unused, &unused);
   const float q = r_alpha(a.hi, b.hi, c, &unused, &unused);
   /* In a narrow interval the roundings may be the larger part. */
-  return zs_interval_hull4(p, q, p, q, ulps);
+  return zs_interval_hull4(p, q, p, q, r_alpha_ulps(c));
+}
+
+/* The value kernel's arithmetic, without slopes. */
+static inline zs_lanes r_alpha_lanes(zs_lanes a, zs_lanes b, numbers c)
+{
+  const zs_lanes zero = zs_lanes_all(0), one = zs_lanes_all(1), s = zs_lanes_all(-c.side);
+  const zs_lanes x = s * a, y = s * b;
+  const zs_lanes_mask x_big = zs_lanes_absolute(x) > zs_lanes_absolute(y);
+  const zs_lanes big = zs_lanes_select(x_big, x, y), small = zs_lanes_select(x_big, y, x);
+  const zs_lanes size = zs_lanes_absolute(big);
+  const zs_lanes t =
+    zs_lanes_select((size > zero) & (size < zs_lanes_all(INFINITY)), small / big, zero);
+  const zs_lanes u = one - zs_lanes_all(c.alpha) * t;
+  const zs_lanes d = one + t + zs_lanes_square_root(u * u + zs_lanes_all(c.beta) * t * t);
+  return s * zs_lanes_select(big > zero, zs_lanes_all(2) * small / d,
+                             big * d * zs_lanes_all(c.scale));
+}
+
+static zs_intervals r_alpha_range(zs_intervals a, zs_intervals b, numbers c)
+{
+  const zs_lanes p = r_alpha_lanes(a.lo, b.lo, c), q = r_alpha_lanes(a.hi, b.hi, c);
+  const zs_lanes_mask known = zs_intervals_known(a) & zs_intervals_known(b) & (p == p) & (q == q);
+  const zs_intervals range =
+    zs_intervals_widened(zs_lanes_smaller(p, q), zs_lanes_larger(p, q), r_alpha_ulps(c));
+  return zs_intervals_checked(range.lo, range.hi, known);
+}
+
+/* Where an operand of a union (1) or an intersection (-1) has no say in the sign: on the idle
+ * side of 0, or of the other operand, for the sign is that of their maximum or minimum. */
+static zs_lanes_mask is_idle(zs_intervals a, zs_intervals b, numbers c)
+{
+  const zs_lanes zero = zs_lanes_all(0);
+  const zs_lanes_mask known = zs_intervals_known(a) & zs_intervals_known(b);
+  return known & (c.side > 0 ? (a.hi < zero) | (a.hi < b.lo) : (a.lo > zero) | (a.lo > b.hi));
 }
 
 static void r_alpha_bounds(const zs_bounds_arguments *x)
 {
   const numbers c = r_alpha_numbers(x->data);
-  const bool sign_only = x->demand.below == 0 && x->demand.above == 0;
-  unsigned sign_a = 0, sign_b = 0;
-  for (unsigned l = 0; l < ZS_LANES; l++) {
-    zs_interval a = zs_interval_of_lane(x->in[0], l), b = zs_interval_of_lane(x->in[1], l);
-    bool both = zs_interval_known(a) && zs_interval_known(b);
-    /* An operand that never decides: negative in a union, positive in an
-     * intersection. */
-    bool a_idle = both && sign_only && (c.side > 0 ? a.hi < 0 : a.lo > 0);
-    bool b_idle = both && sign_only && (c.side > 0 ? b.hi < 0 : b.lo > 0);
-    sign_a |= (unsigned)b_idle << l;
-    sign_b |= (unsigned)a_idle << l;
-    zs_interval_to_lane(x->out, l, both ? r_alpha_interval(a, b, c) : zs_interval_unknown());
+  ZS_FOR_PARTS(part)
+  {
+    const zs_intervals a = zs_intervals_load(x->in[0], part);
+    const zs_intervals b = zs_intervals_load(x->in[1], part);
+    if (zs_demand_is_sign(x->demand)) {
+      zs_set_bits(&x->choice->sign[0], part, is_idle(b, a, c));
+      zs_set_bits(&x->choice->sign[1], part, is_idle(a, b, c));
+      zs_set_bits(&x->choice->simpler, part, zs_intervals_known(a) & zs_intervals_known(b));
+    }
+    zs_intervals_store(x->out, part, r_alpha_range(a, b, c));
   }
-  x->choice->sign[0] = (uint16_t)sign_a;
-  x->choice->sign[1] = (uint16_t)sign_b;
 }
 
 static void r_m_bounds(const zs_bounds_arguments *x)

@@ -48,10 +48,17 @@ typedef struct zs_demand {
   float below, above;
 } zs_demand;
 
+/* Whether nothing but the sign matters. */
+static inline bool zs_demand_is_sign(zs_demand demand)
+{
+  return demand.below == 0 && demand.above == 0;
+}
+
 /* What an operation with a choice found out, one bit per lane. */
 typedef struct zs_choice {
   uint16_t copy[ZS_MAXIMUM_CHOICES]; /* the result equals input i, to the bit */
   uint16_t sign[ZS_MAXIMUM_CHOICES]; /* input i does as well, where only the sign of f counts */
+  uint16_t simpler;                  /* for_sign of the operation does as well there */
 } zs_choice;
 
 /* What one instruction works on: `n` points, a multiple of ZS_LANES.  Pointers
@@ -117,6 +124,9 @@ typedef struct zs_operation {
   /* Bytes of `data` that decide equality of two instructions; 0 when the
    * pointer does, or when there is no data. */
   size_t data_size;
+  /* An operation of the same inputs, without data, that has the same sign where these are
+   * numbers: it stands in for this one where only signs count.  Optional. */
+  const struct zs_operation *(*for_sign)(const void *data);
   /* The inputs that the value depends on, one bit each, in a frame whose axes are
    * those of the scene; NULL: all of them. */
   unsigned (*used)(const void *data);

@@ -18,7 +18,8 @@ static void *new_list(size_t count, size_t size)
 typedef enum fate {
   REPLACED,                       /* by input 0; by input k: REPLACED + k */
   KEPT = ZS_MAXIMUM_INPUTS,
-  BEGUN, /* a chain that is kept, without what was before it */
+  BEGUN,   /* a chain that is kept, without what was before it */
+  SIMPLER, /* kept as its operation's form for signs */
   FATE_BITS = 3
 } fate;
 
@@ -159,7 +160,10 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
       kept = replace(shortener, instruction, i, &choices[instruction->ordinal], sign);
     if (!kept)
       continue;
-    add_step(shortener, kept, i, KEPT);
+    const unsigned simpler =
+      choices && sign && operation->for_sign ? kept & choices[instruction->ordinal].simpler : 0;
+    add_step(shortener, kept & ~simpler, i, KEPT);
+    add_step(shortener, simpler, i, SIMPLER);
     for (unsigned k = 0; k < operation->arity; k++)
       needed[instruction->in[k]] |= (uint16_t)kept;
   }
@@ -334,10 +338,14 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
       renamed[index] = renamed[instruction->in[fate - REPLACED]];
       continue;
     }
-    const zs_operation *operation = instruction->operation;
     zs_instruction *copy = &out[next];
-    copy->operation = operation;
+    copy->operation = instruction->operation;
     copy->data = instruction->data;
+    if (fate == SIMPLER) {
+      copy->operation = instruction->operation->for_sign(instruction->data);
+      copy->data = NULL;
+    }
+    const zs_operation *operation = copy->operation;
     copy->demand = instruction->demand;
     copy->ordinal = 0;
     /* Inputs that an operation does not have are named 0, a coordinate. */
