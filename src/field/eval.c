@@ -49,7 +49,8 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->points = aligned(count, sizeof *e->points);
   e->block = aligned((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
   e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
-  if (!e->kept || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices ||
+  e->index = aligned(ZS_SCATTER_CHUNK, sizeof *e->index);
+  if (!e->kept || !e->index || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices ||
       !e->links || !e->regional || !e->points || !e->block ||
       !zs_shortener_init(&e->shortener, program->count, program->link_count,
                          program->regional_count)) {
@@ -81,6 +82,7 @@ void zs_eval_free(zs_eval *eval)
   zs_shortener_free(&eval->shortener);
   free(eval->block);
   free(eval->kept);
+  free(eval->index);
   zs_arena_free(&eval->arena);
   free(eval);
 }
@@ -235,13 +237,14 @@ static bool pays(const zs_shortener *shortener, const zs_program *program, unsig
 }
 
 /* Lanes with data of their own have a program of their own. */
-void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
-                               zs_request request, zs_arena *arena,
-                               const zs_program *result[ZS_LANES])
+static void restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
+                           zs_request request, bool regions, zs_arena *arena,
+                           const zs_program *result[ZS_LANES])
 {
   zs_shortener *shortener = &eval->shortener;
   const zs_instruction *instructions = program->instructions;
-  const bool can_shorten = zs_program_choices(program) || program->regional_count;
+  const bool with_data = regions && program->regional_count;
+  const bool can_shorten = zs_program_choices(program) || with_data;
   if (can_shorten)
     zs_shortener_list(shortener, instructions, program->count, eval->choices, eval->links, lanes,
                       request);
@@ -251,8 +254,7 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
   for (unsigned l = 0; l < ZS_LANES; l++) {
     if (!(lanes >> l & 1))
       continue;
-    const bool own = program->regional_count &&
-                     zs_shortener_restrict(shortener, instructions, l, regional, arena);
+    const bool own = with_data && zs_shortener_restrict(shortener, instructions, l, regional, arena);
     result[l] = NULL;
     if (!own && !(can_shorten && pays(shortener, program, l))) {
       result[l] = program;
@@ -267,6 +269,20 @@ void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigne
       result[l] = program;
     alike |= own ? 0 : 1u << l;
   }
+}
+
+void zs_program_restrict_lanes(zs_eval *eval, const zs_program *program, unsigned lanes,
+                               zs_request request, zs_arena *arena,
+                               const zs_program *result[ZS_LANES])
+{
+  restrict_lanes(eval, program, lanes, request, true, arena, result);
+}
+
+void zs_program_restrict_choices(zs_eval *eval, const zs_program *program, unsigned lanes,
+                                 zs_request request, zs_arena *arena,
+                                 const zs_program *result[ZS_LANES])
+{
+  restrict_lanes(eval, program, lanes, request, false, arena, result);
 }
 
 const zs_program *zs_program_restrict(zs_eval *eval, const zs_program *program, unsigned lane,
@@ -294,40 +310,48 @@ static unsigned value_block(const zs_program *program)
                                                                     : ZS_BLOCK;
 }
 
+void zs_points_evaluate(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                        const zs_points *points, size_t first, const uint32_t *index, size_t count)
+{
+  const bool gradients = points->rows > 1;
+  const unsigned block = gradients ? ZS_BLOCK : value_block(program);
+  float *const at[3] = {eval->block, eval->block + block, eval->block + 2 * block};
+  float *out = eval->block + 3 * block;
+  for (size_t from = 0; from < count; from += block) {
+    const unsigned m = count - from < block ? (unsigned)(count - from) : block;
+    for (int k = 0; k < 3; k++)
+      for (unsigned i = 0; i < m; i++)
+        at[k][i] = points->at[k][first + (index ? index[from + i] : from + i)];
+    run(eval, program, frame, zs_pad_points(m, at[0], at[1], at[2]), at, out, eval->gradients,
+        gradients);
+    for (unsigned k = 0; k < points->rows; k++)
+      for (unsigned i = 0; i < m; i++)
+        points->result[k][first + (index ? index[from + i] : from + i)] = out[k * ZS_BLOCK + i];
+  }
+}
+
+static void evaluate(zs_eval *eval, const double origin[3], const zs_points *points, size_t count)
+{
+  const zs_program *program = current(eval);
+  const zs_frame frame = zs_frame_at(origin);
+  if (zs_scatter_pays(program, count))
+    zs_scatter_evaluate(eval, program, &frame, points, count);
+  else
+    zs_points_evaluate(eval, program, &frame, points, 0, NULL, count);
+}
+
 void zs_eval_values(zs_eval *eval, const double origin[3], size_t n, const float *x,
                     const float *y, const float *z, float *f)
 {
-  const zs_program *program = current(eval);
-  const unsigned block = value_block(program);
-  const zs_frame frame = zs_frame_at(origin);
-  float *const at[3] = {eval->block, eval->block + block, eval->block + 2 * block};
-  float *out = eval->block + 3 * block;
-  for (size_t from = 0; from < n; from += block) {
-    const unsigned m = n - from < block ? (unsigned)(n - from) : block;
-    memcpy(at[0], x + from, m * sizeof *x);
-    memcpy(at[1], y + from, m * sizeof *y);
-    memcpy(at[2], z + from, m * sizeof *z);
-    const unsigned padded = zs_pad_points(m, at[0], at[1], at[2]);
-    run(eval, program, &frame, padded, at, out, eval->gradients, false);
-    memcpy(f + from, out, m * sizeof *f);
-  }
+  const zs_points points = {.at = {x, y, z}, .result = {f}, .rows = 1};
+  evaluate(eval, origin, &points, n);
 }
 
 void zs_eval_gradients(zs_eval *eval, const double origin[3], size_t n, const float *x,
                        const float *y, const float *z, float *f, float *gx, float *gy, float *gz)
 {
-  zs_frame frame = zs_frame_at(origin);
-  float *u = eval->block, *v = u + ZS_BLOCK, *w = v + ZS_BLOCK, *out = w + ZS_BLOCK;
-  float *const results[ZS_EVAL_ROWS] = {f, gx, gy, gz};
-  for (size_t at = 0; at < n; at += ZS_BLOCK) {
-    unsigned m = n - at < ZS_BLOCK ? (unsigned)(n - at) : ZS_BLOCK;
-    memcpy(u, x + at, m * sizeof *u);
-    memcpy(v, y + at, m * sizeof *v);
-    memcpy(w, z + at, m * sizeof *w);
-    zs_program_gradients(eval, current(eval), &frame, m, u, v, w, out);
-    for (int k = 0; k < ZS_EVAL_ROWS; k++)
-      memcpy(results[k] + at, out + (size_t)k * ZS_BLOCK, m * sizeof *f);
-  }
+  const zs_points points = {.at = {x, y, z}, .result = {f, gx, gy, gz}, .rows = ZS_EVAL_ROWS};
+  evaluate(eval, origin, &points, n);
 }
 
 double zs_eval_point(zs_eval *eval, const double point[3])

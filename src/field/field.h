@@ -103,7 +103,38 @@ struct zs_eval {
   float *block; /* 3 coordinates and a result of ZS_EVAL_ROWS blocks each, or 3 of one
                    block each and ZS_EVAL_ROWS rows of results */
   float *kept;  /* zs_program_lattice: ZS_MAXIMUM_KEPT blocks */
+  uint32_t *index; /* scatter.c: of the points of a chunk */
 };
+
+/* As zs_program_restrict_lanes, but operations with a regional form keep their data: values
+ * stay what they are, to the bit. */
+void zs_program_restrict_choices(zs_eval *eval, const zs_program *program, unsigned lanes,
+                                 zs_request request, zs_arena *arena,
+                                 const zs_program *result[ZS_LANES]);
+
+/* ---- Points all over the place (scatter.c) -------------------------------------- */
+
+/* Any number of points in local coordinates, and where to put f, or f and its gradient.  A
+ * result may stand where a coordinate is. */
+typedef struct zs_points {
+  const float *at[3];
+  float *result[ZS_EVAL_ROWS];
+  unsigned rows; /* 1 or ZS_EVAL_ROWS */
+} zs_points;
+
+/* f at points first + index[0 .. count - 1], or first .. first + count - 1 without an index; by
+ * the program as it is (eval.c). */
+void zs_points_evaluate(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                        const zs_points *points, size_t first, const uint32_t *index, size_t count);
+
+/* Whether grouping so many points is likely to be faster than taking them as they come. */
+bool zs_scatter_pays(const zs_program *program, size_t count);
+
+/* The same results, to the bit, as from the program itself; ZS_SCATTER_CHUNK points are grouped
+ * at a time. */
+enum { ZS_SCATTER_CHUNK = 1 << 16 };
+void zs_scatter_evaluate(zs_eval *eval, const zs_program *program, const zs_frame *frame,
+                         const zs_points *points, size_t count);
 
 /* Round n up to whole lanes, repeating the last point, so that no lane meets
  * stale numbers. */

@@ -24,6 +24,7 @@ zs_sources += \
   src/field/row.h \
   src/field/scalar.c \
   src/field/scalar.h \
+  src/field/scatter.c \
   src/field/shape.h \
   src/field/walk.c
 

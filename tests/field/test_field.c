@@ -1,8 +1,9 @@
 /* The field room: scalar operations, programs, regions, the walk, boxes. */
 #include "../random.h"
 
+#include "field/blend.h"
 #include "field/compiler.h"
-#include "field/program.h"
+#include "field/field.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -229,9 +230,19 @@ static zs_field *random_field(uint64_t *seed, unsigned size)
     values[i] = zs_emit(c, function, in[0], in[1], in[2]);
   }
   zs_value result = values[size + 2];
-  for (unsigned i = 3; i < size + 2; i += 7)
-    result = zs_emit(c, i % 2 ? ZS_FUNCTION_MAXIMUM : ZS_FUNCTION_MINIMUM, result, values[i], 0);
+  for (unsigned i = 3; i < size + 2; i += 7) {
+    const zs_blend join = {.side = i % 2 ? ZS_BLEND_UNION : ZS_BLEND_INTERSECTION,
+                           .parameter = {i % 4 < 2 ? 0 : 0.5}};
+    result = size % 2
+               ? zs_emit_operation(c, &zs_r_alpha, &join, result, values[i], 0)
+               : zs_emit(c, i % 2 ? ZS_FUNCTION_MAXIMUM : ZS_FUNCTION_MINIMUM, result, values[i], 0);
+  }
   return finish(c, result);
+}
+
+static bool same(float a, float b)
+{
+  return a == b || (isnan(a) && isnan(b));
 }
 
 static void regions_equal_the_whole(void **state)
@@ -266,7 +277,7 @@ static void regions_equal_the_whole(void **state)
         if (request == ZS_REQUEST_SIGN)
           assert_int_equal(a[i] >= 0, b[i] >= 0);
         else
-          assert_true(a[i] == b[i] || (isnan(a[i]) && isnan(b[i])));
+          assert_true(same(a[i], b[i]));
       }
       zs_eval_release(part);
       zs_eval_release(part);
@@ -314,6 +325,45 @@ static void regions_get_shorter(void **state)
   zs_arena_free(&arena);
   zs_eval_free(eval);
   zs_field_unref(field);
+}
+
+/* Many points at once, which are grouped, have the results that they have one by one: near
+ * together, all over, more than once, and where there is no number. */
+static void many_points_equal_single_ones(void **state)
+{
+  (void)state;
+  enum { N = 70000, PROGRAMS = 12 };
+  static float p[3][N], f[4][N];
+  uint64_t seed = 5;
+  for (int program = 0; program < PROGRAMS; program++) {
+    zs_field *field = random_field(&seed, 150 + 20 * (unsigned)program);
+    zs_eval *many = evaluator(field), *one = evaluator(field);
+    const size_t n = program ? 600 + random_below(&seed, 4000) : N;
+    assert_true(zs_scatter_pays(zs_field_program(field), n));
+    for (size_t i = 0; i < n; i++) {
+      const double reach = i % 3 ? 2 : i % 2 ? 1e-6 : 0;
+      for (int k = 0; k < 3; k++)
+        p[k][i] = (float)random_between(&seed, 0.5 - reach, 0.5 + reach);
+      if (i % 97 == 0)
+        p[i / 97 % 3][i] = i % 2 ? NAN : INFINITY;
+    }
+    zs_eval_gradients(many, NULL, n, p[0], p[1], p[2], f[0], f[1], f[2], f[3]);
+    for (size_t i = 0; i < n; i += 7) {
+      float g[4];
+      zs_eval_gradients(one, NULL, 1, &p[0][i], &p[1][i], &p[2][i], &g[0], &g[1], &g[2], &g[3]);
+      for (int k = 0; k < 4; k++)
+        assert_true(same(f[k][i], g[k]));
+    }
+    for (size_t i = 0; i < n; i += 7)
+      zs_eval_values(one, NULL, 1, &p[0][i], &p[1][i], &p[2][i], &f[1][i]);
+    /* The result may be where a coordinate was. */
+    zs_eval_values(many, NULL, n, p[0], p[1], p[2], p[0]);
+    for (size_t i = 0; i < n; i += 7)
+      assert_true(same(p[0][i], f[1][i]));
+    zs_eval_free(many);
+    zs_eval_free(one);
+    zs_field_unref(field);
+  }
 }
 
 static void equal_instructions_are_shared(void **state)
@@ -555,6 +605,7 @@ int main(void)
     cmocka_unit_test(bounds_are_unknown_where_f_may_be),
     cmocka_unit_test(regions_equal_the_whole),
     cmocka_unit_test(regions_get_shorter),
+    cmocka_unit_test(many_points_equal_single_ones),
     cmocka_unit_test(equal_instructions_are_shared),
     cmocka_unit_test(walk_covers_every_brick_once),
     cmocka_unit_test(programs_can_outlive_the_walk),
