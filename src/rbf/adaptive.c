@@ -8,16 +8,16 @@ enum {
   FIRST = 6    /* order to try */
 };
 
-/* Errors fall about so much with each order: 5 times for r, 7 for r^3.  And they grow so much
- * from one step of GMRES to the next, whose vectors are rougher, or more. */
-static const double FALL = 6, GROWTH = 4;
+/* Errors fall about so much with each order: 5 times for r, 7 for r^3.  To try again costs more
+ * than to be a little better than asked. */
+static const double FALL = 6, SAFE = 0.5;
 
-/* The order that should do when the error is expected to be `error` with the latest. */
-static unsigned choose_order(const zs_adaptive *a, double error, double accuracy)
+/* The order that should do when the error is expected to be `error` with the series' latest. */
+static unsigned choose_order(const zs_adaptive_series *series, double error, double accuracy)
 {
   if (!(error > 0))
-    return FIRST;
-  const double orders = a->order + ceil(log(error / accuracy) / log(FALL));
+    return series->order ? series->order : FIRST;
+  const double orders = series->order + ceil(log(error / (SAFE * accuracy)) / log(FALL));
   return (unsigned)fmin(fmax(orders, ZS_FAST_LEAST_ORDER), ZS_FAST_MOST_ORDER + 1);
 }
 
@@ -39,8 +39,6 @@ static bool multiply(zs_adaptive *a, const double *d, double *result, zs_fast_er
   if (!zs_fast_multiply(a->fast, d, result))
     return false;
   *errors = zs_fast_compare(a->fast, d, result);
-  a->order = a->built;
-  a->error = errors->mean;
   return true;
 }
 
@@ -51,14 +49,15 @@ static void finish(const zs_adaptive *a, const double *d, double *result)
     result[i] = sign * result[i] + a->system->smoothing * d[i];
 }
 
-bool zs_adaptive_multiply(zs_adaptive *a, const double *d, double accuracy, double *result,
-                          zs_fast_errors *errors)
+bool zs_adaptive_multiply(zs_adaptive *a, zs_adaptive_series *series, const double *d,
+                          double accuracy, double *result, zs_fast_errors *errors)
 {
   zs_fast_errors measured = {0, 0};
   bool done = false;
   if (!a->limit)
     a->limit = zs_adaptive_is_exact(a->system) ? ZS_FAST_LEAST_ORDER : ZS_FAST_MOST_ORDER + 1;
-  for (unsigned order = choose_order(a, GROWTH * a->error, accuracy); !done && order < a->limit;) {
+  unsigned order = choose_order(series, fmax(series->growth, 1) * series->error, accuracy);
+  while (!done && order < a->limit) {
     if (!build(a, order))
       return false;
     if (!zs_fast_is_worthwhile(a->fast)) {
@@ -67,7 +66,9 @@ bool zs_adaptive_multiply(zs_adaptive *a, const double *d, double accuracy, doub
       return false;
     } else {
       done = !(measured.mean > accuracy);
-      order = choose_order(a, a->error, accuracy);
+      series->order = order;
+      series->error = measured.mean;
+      order = choose_order(series, series->error, accuracy);
     }
   }
   if (done) {

@@ -337,7 +337,10 @@ static void collect(const side *s, uint32_t index, const double *weights, double
     const part *child = &s->parts[i];
     const zs_rbf_cluster *half = &s->clusters->clusters[i];
     collect(s, i, weights, node_weights, above);
-    if (child->node_count)
+    if (child->node_count && zs_nodes_match(&p->nodes, &child->nodes))
+      zs_nodes_select()->collect_grid(&p->nodes, values, &child->nodes,
+                                      node_weights + child->first_node);
+    else if (child->node_count)
       zs_nodes_select()->collect(&p->nodes, values, s->nodes + child->first_node * dimension,
                                  child->node_count, node_weights + child->first_node);
     else
@@ -360,7 +363,10 @@ static void interpolate(const side *s, uint32_t index, double *node_sums, double
   for (uint32_t i = cluster->children; i < cluster->children + 2; i++) {
     const part *child = &s->parts[i];
     const zs_rbf_cluster *half = &s->clusters->clusters[i];
-    if (child->node_count)
+    if (child->node_count && zs_nodes_match(&p->nodes, &child->nodes))
+      zs_nodes_select()->interpolate_grid(&p->nodes, values, &child->nodes,
+                                          node_sums + child->first_node);
+    else if (child->node_count)
       zs_nodes_select()->interpolate(&p->nodes, values, s->nodes + child->first_node * dimension,
                                      child->node_count, node_sums + child->first_node);
     else

@@ -11,19 +11,22 @@
 enum { CYCLES = 8 };
 static const double REDUCTION = 0.5;
 /* The largest part of a residual is about this many times the root of its mean
- * square, after few steps and many points. */
+ * square, after few steps and many points; that of a product's errors, too. */
 static const double PEAK = 30;
 /* Products within GMRES may be off by this part of what its vectors are, and by this part of
  * the norm that is aimed at when they are added up. */
-static const double QUICK = 1e-2, SHARE = 0.3;
+static const double QUICK = 2e-2, SHARE = 0.6;
+/* Errors of products grow from one step of GMRES to the next, whose vectors are rougher: by so
+ * much, but more from the first residual of all, which is as smooth as the values are, and to
+ * that of a restart, which is the roughest. */
+static const double GROWTH = 4, GROWTH_TO_ROUGH = 30;
 /* What a restart reduces the residual by at most, unless products are exact: the more, the more
  * accurate the first ones would have to be, and a new residual costs no more than these. */
-static const double LEAP = 1e-6;
-/* Up to EXACT constraints the last residual is found by summing all pairs, beyond so that it
- * is off by this part of the tolerance at a sample in the root of the mean square; at its worst
- * by some five times as much. */
-enum { EXACT = 250000 };
+static const double LEAP = 4e-6;
+/* What is left is found so that it is off by at most this part of the tolerance, in the root of
+ * the mean square. */
 static const double FINE = 0.02;
+enum { FINE_ORDER = 13 }; /* of clusters' nodes, which usually does */
 /* The part of the progress that making the preconditioner is. */
 static const double PREPARATION = 0.4;
 
@@ -33,6 +36,7 @@ typedef struct solver {
   zs_schwarz *schwarz;
   zs_span span;
   zs_adaptive products;
+  zs_adaptive_series steps, solutions; /* of products with GMRES's vectors, and with weights */
   double *left; /* of the equations, but for polynomials */
   double norm, first, aim; /* of what is left, was at first, and should be */
   double reach;            /* what the present restart aims at */
@@ -73,10 +77,11 @@ static bool stepped(void *context, double norm)
 static bool multiply(void *context, const double *x, double *result)
 {
   solver *s = context;
-  const double off = fmin(QUICK, SHARE * s->reach / s->norm);
-  if (!zs_adaptive_multiply(&s->products, x, off / sqrt((double)s->job->system.count), result,
-                            NULL))
+  const double off = fmin(QUICK, SHARE * s->reach / s->norm) / sqrt((double)s->job->system.count);
+  const bool first = s->steps.error == 0;
+  if (!zs_adaptive_multiply(&s->products, &s->steps, x, off, result, NULL))
     return false;
+  s->steps.growth = first ? GROWTH_TO_ROUGH : s->steps.growth > GROWTH ? 1 : GROWTH;
   zs_rbf_system_project(&s->span, result);
   return true;
 }
@@ -114,16 +119,15 @@ static bool find_left(solver *s)
 {
   const zs_rbf_system *system = &s->job->system;
   zs_fast_errors errors = {0, 0};
-  if (system->count <= EXACT)
-    zs_rbf_system_multiply(system, s->solution->weights, s->left);
-  else if (!zs_adaptive_multiply(&s->products, s->solution->weights,
-                                 FINE * s->job->tolerance, s->left, &errors))
+  if (!zs_adaptive_multiply(&s->products, &s->solutions, s->solution->weights,
+                            FINE * s->job->tolerance, s->left, &errors))
     return false;
   for (size_t i = 0; i < system->count; i++)
     s->left[i] = s->job->values[i] - s->left[i];
   take_polynomial(s);
-  s->solution->left += errors.most;
-  s->solution->residual += errors.most;
+  const double hidden = fmax(errors.most, PEAK * errors.mean);
+  s->solution->left += hidden;
+  s->solution->residual += hidden;
   return true;
 }
 
@@ -143,6 +147,7 @@ static bool cycle(solver *s)
   const zs_fgmres fgmres = {s->job->system.count, s, multiply, precondition, stepped};
   s->aim = fmin(s->aim, s->norm * 0.3 * s->job->tolerance / s->solution->left);
   s->reach = zs_adaptive_is_exact(&s->job->system) ? s->aim : fmax(s->aim, LEAP * s->norm);
+  s->steps.growth = GROWTH_TO_ROUGH;
   const zs_fgmres_result ended =
     zs_fgmres_solve(&fgmres, s->left, s->reach, s->solution->weights);
   return ended != ZS_FGMRES_MEMORY && ended != ZS_FGMRES_STOPPED && find_left(s);
@@ -188,7 +193,8 @@ zs_rbf_result zs_rbf_solve_iteratively(const zs_rbf_job *job, zs_rbf_solution *s
 {
   solver s = {.job = job,
               .solution = solution,
-              .products = {.system = &job->system, .clusters = job->clusters}};
+              .products = {.system = &job->system, .clusters = job->clusters},
+              .solutions = {.order = FINE_ORDER}};
   memset(solution->weights, 0, job->system.count * sizeof *solution->weights);
   zs_rbf_result result = prepare(&s);
   if (result == ZS_RBF_DONE)

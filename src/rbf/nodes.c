@@ -27,6 +27,14 @@ void zs_nodes_points(const zs_nodes *nodes, double *points)
   }
 }
 
+bool zs_nodes_match(const zs_nodes *a, const zs_nodes *b)
+{
+  size_t most = 1;
+  for (unsigned k = 0; k < a->dimension; k++)
+    most *= a->side[k] > b->side[k] ? a->side[k] : b->side[k];
+  return most <= ZS_NODES_ROOM;
+}
+
 const zs_nodes_kernels *zs_nodes_select(void)
 {
   static const zs_nodes_kernels *const table[ZS_ISA_COUNT] = ZS_VARIANTS(zs_nodes_table, );

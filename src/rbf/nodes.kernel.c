@@ -4,6 +4,7 @@
 #include "rbf/vector.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { SIDE = ZS_NODES_MOST, AXES = ZS_RBF_MAXIMUM_DIMENSION };
@@ -127,4 +128,92 @@ static void collect(const zs_nodes *nodes, double *values, const double *points,
   }
 }
 
-const zs_nodes_kernels ZS_KERNELS(zs_nodes_table) = {interpolate, collect};
+/* ---- From grid to grid --------------------------------------------------------------- */
+
+/* The parts of a grid's nodes along an axis in the value at another one's: [of][at]. */
+typedef struct exchange {
+  unsigned of, at;
+  double part[SIDE * SIDE];
+} exchange;
+
+static void find_exchange(const zs_nodes *of, const zs_nodes *at, unsigned axis, exchange *e)
+{
+  const zs_nodes one = {
+    .dimension = 1, .side = {of->side[axis]}, .lo = {of->lo[axis]}, .hi = {of->hi[axis]}};
+  const zs_nodes other = {
+    .dimension = 1, .side = {at->side[axis]}, .lo = {at->lo[axis]}, .hi = {at->hi[axis]}};
+  double place[SIDE];
+  coefficients c;
+  parts p;
+  zs_nodes_points(&other, place);
+  find_coefficients(&one, &c);
+  e->of = one.side[0];
+  e->at = other.side[0];
+  for (unsigned i = 0; i < e->at; i += ZS_WIDTH) {
+    const unsigned lanes = e->at - i < ZS_WIDTH ? e->at - i : ZS_WIDTH;
+    find_parts(&one, &c, place + i, lanes, &p);
+    for (unsigned j = 0; j < e->of; j++)
+      for (unsigned lane = 0; lane < lanes; lane++)
+        e->part[j * e->at + i + lane] = p.part[0][j][lane];
+  }
+}
+
+/* to[r][i] = sum_j from[j][r] part[j][i]: the first axis of `from` is exchanged, and becomes the
+ * last one. */
+static void exchange_first(const exchange *e, size_t rest, const double *from, double *to)
+{
+  memset(to, 0, rest * e->at * sizeof *to);
+  for (size_t r = 0; r < rest; r++)
+    for (unsigned j = 0; j < e->of; j++) {
+      const double x = from[j * rest + r], *part = &e->part[j * e->at];
+      double *row = &to[r * e->at];
+#pragma omp simd
+      for (unsigned i = 0; i < e->at; i++)
+        row[i] += x * part[i];
+    }
+}
+
+/* The other way round. */
+static void transpose(exchange *e)
+{
+  const exchange before = *e;
+  e->of = before.at;
+  e->at = before.of;
+  for (unsigned j = 0; j < e->of; j++)
+    for (unsigned i = 0; i < e->at; i++)
+      e->part[j * e->at + i] = before.part[i * before.at + j];
+}
+
+/* Add what numbers on one grid are on the other: `back` from the nodes of `at` to those of
+ * `of`. */
+static void bring(const zs_nodes *of, const zs_nodes *at, bool back, const double *from, double *to)
+{
+  double scratch[2][ZS_NODES_ROOM];
+  size_t size = zs_nodes_count(back ? at : of);
+  exchange e;
+  for (unsigned axis = 0; axis < of->dimension; axis++) {
+    find_exchange(of, at, axis, &e);
+    if (back)
+      transpose(&e);
+    exchange_first(&e, size / e.of, from, scratch[axis % 2]);
+    from = scratch[axis % 2];
+    size = size / e.of * e.at;
+  }
+  for (size_t i = 0; i < size; i++)
+    to[i] += from[i];
+}
+
+static void interpolate_grid(const zs_nodes *nodes, const double *values, const zs_nodes *at,
+                             double *sums)
+{
+  bring(nodes, at, false, values, sums);
+}
+
+static void collect_grid(const zs_nodes *nodes, double *values, const zs_nodes *at,
+                         const double *weights)
+{
+  bring(nodes, at, true, weights, values);
+}
+
+const zs_nodes_kernels ZS_KERNELS(zs_nodes_table) = {interpolate, collect, interpolate_grid,
+                                                     collect_grid};

@@ -52,10 +52,11 @@ static inline ZS_ALWAYS double total(zs_vector a)
   return sum;
 }
 
-/* A tile of sources for some targets. */
+/* A tile of sources for some targets.  What these add to the sums of each source is left in
+ * parts, one in each place of a vector of `across`: adding them up takes as long as finding them. */
 static inline ZS_ALWAYS void visit(zs_rbf_radial radial, unsigned dimension, form form,
                                    const zs_rbf_product *p, size_t target, size_t source,
-                                   size_t sources)
+                                   size_t sources, zs_vector *across)
 {
   zs_vector point[MOST][VECTORS], phi[VECTORS], sum[VECTORS] = {{0}}, back[VECTORS];
   double sums[TARGETS] = {0};
@@ -68,12 +69,8 @@ static inline ZS_ALWAYS void visit(zs_rbf_radial radial, unsigned dimension, for
   for (size_t j = source; j < source + sources; j++) {
     const double weight = p->weights[j];
     evaluate(radial, dimension, point, p->sources + j * dimension, phi);
-    if (form == BOTH_SUMS) {
-      zs_vector across = back[0] * phi[0];
-      for (unsigned v = 1; v < VECTORS; v++)
-        across += back[v] * phi[v];
-      p->source_sums[j] += total(across);
-    }
+    for (unsigned v = 0; form == BOTH_SUMS && v < VECTORS; v++)
+      across[j - source] += back[v] * phi[v];
     for (unsigned v = 0; v < VECTORS; v++)
       phi[v] *= weight;
     if (form == MATRIX)
@@ -94,8 +91,12 @@ static inline ZS_ALWAYS void visit_all(zs_rbf_radial radial, unsigned dimension,
 {
   for (size_t source = 0; source < p->source_count; source += TILE) {
     const size_t left = p->source_count - source, sources = left < TILE ? left : TILE;
+    zs_vector across[form == BOTH_SUMS ? TILE : 1];
+    memset(across, 0, form == BOTH_SUMS ? sources * sizeof *across : 0);
     for (size_t target = 0; target < p->target_count; target += TARGETS)
-      visit(radial, dimension, form, p, target, source, sources);
+      visit(radial, dimension, form, p, target, source, sources, across);
+    for (size_t j = 0; form == BOTH_SUMS && j < sources; j++)
+      p->source_sums[source + j] += total(across[j]);
   }
 }
 

@@ -24,9 +24,10 @@ enum {
 };
 
 /* From so many pairs of points of one level and of the next on, products between them take
- * clusters together.  They may be off by this part of residuals of random sign: a
- * preconditioner need not be better, with all pairs the iterations are as many. */
-static const double MANY_PAIRS = 2e9, DOWN = 1e-2;
+ * clusters together.  They may be off by this part of residuals of random sign: with all pairs
+ * the iterations are as many, with ten times as much they still are, with a hundred times as much
+ * three times as many. */
+static const double MANY_PAIRS = 2e8, DOWN = 0.5;
 
 /* What solving for a level in the middle may leave, by the residual above, and the part of
  * this that products may be off by. */
@@ -50,7 +51,8 @@ typedef struct level {
   zs_fast *down;        /* products with weights here at those points; NULL: of all pairs */
   double *residual, *weights;
   double *given, *found; /* a residual, and the weights for it: of levels in the middle */
-  zs_adaptive products;  /* of theirs */
+  zs_adaptive products;  /* of theirs, ... */
+  zs_adaptive_series series; /* ... which are all alike */
 } level;
 
 struct zs_schwarz {
@@ -796,7 +798,7 @@ static bool multiply(void *context, const double *x, double *result)
   const place *p = context;
   level *l = &p->schwarz->level[p->index];
   const double off = OFF * fmin(1, p->aim / p->norm) / sqrt((double)l->system.count);
-  if (!zs_adaptive_multiply(&l->products, x, off, result, NULL))
+  if (!zs_adaptive_multiply(&l->products, &l->series, x, off, result, NULL))
     return false;
   zs_rbf_system_project(&l->span, result);
   return true;

@@ -91,6 +91,43 @@ static void collecting_transposes(void **state)
   unsetenv("ZEROSET_ISA");
 }
 
+/* From grid to grid, either way, is what it is point by point. */
+static void grids_match_their_points(void **state)
+{
+  (void)state;
+  static const zs_nodes half = {
+    .dimension = 3, .side = {5, 1, 3}, .lo = {-0.5, 2, 0.6}, .hi = {0.25, 2, 0.75}};
+  enum { COUNT = 15 };
+  double points[3 * COUNT], values[24], weights[COUNT];
+  uint64_t seed = 6;
+  assert_true(zs_nodes_match(&grid, &half));
+  assert_int_equal(zs_nodes_count(&half), COUNT);
+  zs_nodes_points(&half, points);
+  for (size_t i = 0; i < 24; i++)
+    values[i] = random_between(&seed, -1, 1);
+  for (size_t i = 0; i < COUNT; i++)
+    weights[i] = random_between(&seed, -1, 1);
+  for (unsigned isa = 0; isa < machine_isas(); isa++) {
+    assert_int_equal(setenv("ZEROSET_ISA", isas[isa], 1), 0);
+    double sums[2][COUNT], collected[2][24];
+    for (size_t i = 0; i < COUNT; i++)
+      sums[0][i] = sums[1][i] = (double)i;
+    for (size_t i = 0; i < 24; i++)
+      collected[0][i] = collected[1][i] = (double)i;
+    zs_nodes_select()->interpolate(&grid, values, points, COUNT, sums[0]);
+    zs_nodes_select()->interpolate_grid(&grid, values, &half, sums[1]);
+    zs_nodes_select()->collect(&grid, collected[0], points, COUNT, weights);
+    zs_nodes_select()->collect_grid(&grid, collected[1], &half, weights);
+    for (size_t i = 0; i < COUNT; i++)
+      assert_true(fabs(sums[0][i] - sums[1][i]) < 1e-13);
+    for (size_t i = 0; i < 24; i++)
+      assert_true(fabs(collected[0][i] - collected[1][i]) < 1e-13);
+  }
+  unsetenv("ZEROSET_ISA");
+  static const zs_nodes large = {.dimension = 5, .side = {14, 14, 14, 2, 2}};
+  assert_false(zs_nodes_match(&large, &large));
+}
+
 /* ---- Products ------------------------------------------------------------------------ */
 
 enum { RANDOM, CLUSTERED, PLANE, LINE, SPHERE, SHAPES };
@@ -287,10 +324,11 @@ static void each_product_is_as_accurate_as_asked(void **state)
   assert_non_null(product);
   zs_rbf_system_multiply(&system, weights, exact);
   zs_adaptive adaptive = {.system = &system, .clusters = clusters};
+  zs_adaptive_series series = {.error = 0};
   for (size_t i = 0; i < sizeof accuracies / sizeof *accuracies; i++) {
     zs_fast_errors errors;
     double square = 0;
-    assert_true(zs_adaptive_multiply(&adaptive, weights, accuracies[i], product, &errors));
+    assert_true(zs_adaptive_multiply(&adaptive, &series, weights, accuracies[i], product, &errors));
     for (size_t j = 0; j < COUNT; j++)
       square += (product[j] - exact[j]) * (product[j] - exact[j]) / COUNT;
     assert_true(errors.mean <= accuracies[i]);
@@ -334,6 +372,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(polynomials_are_reproduced),
     cmocka_unit_test(collecting_transposes),
+    cmocka_unit_test(grids_match_their_points),
     cmocka_unit_test(products_agree_with_pairs),
     cmocka_unit_test(two_trees_agree_with_pairs),
     cmocka_unit_test(pairs_are_few),
