@@ -44,6 +44,7 @@ gallery_pictures = \
   doc/gallery/spanner.png \
   doc/gallery/stack.png \
   doc/gallery/stack-straight.png \
+  doc/gallery/stack-ways.png \
   doc/gallery/sums.png \
   doc/gallery/surface.png \
   doc/gallery/warp.png \
@@ -79,6 +80,8 @@ gallery: zeroset
 	  -o $(srcdir)/doc/gallery/morph-surface.png
 	./zeroset render $(srcdir)/scenes/stack.xml --object straight --view side --size 480x360 \
 	  -o $(srcdir)/doc/gallery/stack-straight.png
+	./zeroset slice $(srcdir)/scenes/stack.xml --z 18 --correspondence --size 480x360 \
+	  -o $(srcdir)/doc/gallery/stack-ways.png
 	./zeroset slice $(srcdir)/scenes/spanner.xml --z 0 --size 480x360 \
 	  -o $(srcdir)/doc/gallery/spanner-slice.png
 	./zeroset render $(srcdir)/scenes/warp.xml --object plain --size 480x360 \

@@ -188,13 +188,13 @@ typedef struct zs_fit_info {
   size_t point_count;
 } zs_fit_info;
 
-/* What becomes what between two neighbouring levels of an <interpolate>. */
+/* What becomes what between two neighbouring levels of an <interpolate>, or slices of a <stack>. */
 typedef struct zs_correspondence {
-  const char *element;    /* "between" */
+  const char *element;    /* "between" or "stack" */
   unsigned line;
-  bool found;             /* by itself (correspondence="auto"), or given by pairs */
-  double level[2];        /* where they lie on the node's own axis */
-  size_t count;           /* pairs */
+  bool found;             /* by itself (correspondence="auto", stacks), or given by pairs */
+  double level[2];        /* where they lie on the node's own axis; volumes begin at 0 */
+  size_t count;           /* pairs; of stacks, a sample of their outlines that move */
   /* In the scene's coordinates, for as long as the field; NULL inside maps that are not affine:
    * the ways of the pairs from the lower level to the upper one, 3 numbers a place and
    * `places` places each, and a point of either level's plane and the planes' normal, of

@@ -311,8 +311,8 @@ const cli_option cli_option_table[] = {
   {"at", 0, "A", CLI_SLICE, AT(has_at), .parse = parse_at,
    .help = "Where along the axis to cut (default: the middle of the box)"},
   {"correspondence", 0, NULL, CLI_SLICE, AT(correspondence), .parse = parse_flag,
-   .help = "Draw what becomes what between levels of an interpolation: an arrow for every pair, "
-           "and where the cut is parallel to the levels the outlines on the one below (green) and "
+   .help = "Draw what becomes what between levels of an interpolation, or slices of a stack: an "
+           "arrow for every pair, and where the cut is parallel to the levels the outlines on the one below (green) and "
            "the one above (violet)"},
   {"gradient", 0, NULL, CLI_EVAL, AT(gradient), .parse = parse_flag,
    .help = "Write f and its gradient, four numbers a point"},

@@ -196,3 +196,23 @@ zs_value zs_emit_extruded(zs_compiler *compiler, zs_value f, zs_value z_distance
                          zs_emit(compiler, ZS_FUNCTION_MINIMUM, inner, zero, 0), outer, 0);
   return zs_emit_negated(compiler, sum);
 }
+
+void zs_correspondence_tell(zs_compiler *compiler, zs_correspondence *correspondence,
+                            double *places, const double heights[2],
+                            const zs_coordinates *along)
+{
+  zs_correspondence *c = correspondence;
+  const size_t count = c->count * c->places;
+  for (size_t k = 0; k < 2; k++)
+    memcpy(places + 3 * (count + k), (const double[3]){0, 0, heights[k]}, 3 * sizeof *places);
+  const double *ways = zs_coordinates_to_scene(compiler, along, places, count + 2);
+  const double *up = along->matrix + 8;
+  const double length = hypot(hypot(up[0], up[1]), up[2]);
+  for (size_t k = 0; ways && k < 3; k++) {
+    c->plane[0][k] = ways[3 * count + k];
+    c->plane[1][k] = ways[3 * (count + 1) + k];
+    c->normal[k] = up[k] / length;
+  }
+  c->ways = ways;
+  zs_compiler_add_correspondence(compiler, c);
+}

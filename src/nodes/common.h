@@ -33,6 +33,12 @@ zs_coordinates zs_coordinates_moved(const zs_coordinates *at, const double origi
 double *zs_coordinates_to_scene(zs_compiler *compiler, const zs_coordinates *at,
                                 const double *points, size_t count);
 
+/* Tell in the field of what becomes what between two levels, which lie at these heights across z
+ * of `along`.  `places`: the ways there, and room for two more places. */
+void zs_correspondence_tell(zs_compiler *compiler, zs_correspondence *correspondence,
+                            double *places, const double heights[2],
+                            const zs_coordinates *along);
+
 /* Invert a 3 x 4 affine matrix; false when it is singular to working
  * precision. */
 bool zs_affine_invert(const double matrix[12], double inverse[12]);

@@ -244,18 +244,7 @@ void zs_between_flows_tell(zs_compiler *compiler, const zs_node *between,
     zs_flow_path_place(&flows->paths[i / all.places], s, places + 3 * i);
     places[3 * i + 2] = (1 - s) * all.level[0] + s * all.level[1];
   }
-  places[3 * (count - 2) + 2] = all.level[0];
-  places[3 * (count - 1) + 2] = all.level[1];
-  const double *ways = zs_coordinates_to_scene(compiler, along, places, count);
-  const double *up = along->matrix + 8;
-  const double length = hypot(hypot(up[0], up[1]), up[2]);
-  for (size_t k = 0; ways && k < 3; k++) {
-    all.plane[0][k] = ways[3 * (count - 2) + k];
-    all.plane[1][k] = ways[3 * (count - 1) + k];
-    all.normal[k] = up[k] / length;
-  }
-  all.ways = ways;
-  zs_compiler_add_correspondence(compiler, &all);
+  zs_correspondence_tell(compiler, &all, places, all.level, along);
 }
 
 zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *flows, int side,

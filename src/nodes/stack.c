@@ -132,7 +132,7 @@ static bool check(const zs_node *node, zs_diag *diag)
 
 typedef struct shared {
   atomic_uint references;
-  zs_raster *raster;
+  zs_joined joined;
   double matrix[12], pixel; /* from the scene to the raster; a pixel's side */
   double hi;                /* the greatest height in the raster; the least is 0 */
 } shared;
@@ -148,7 +148,7 @@ static void unref(void *data)
   shared *s = data;
   if (atomic_fetch_sub_explicit(&s->references, 1, memory_order_acq_rel) > 1)
     return;
-  zs_raster_free(s->raster);
+  zs_joined_clear(&s->joined);
   free(s);
 }
 
@@ -205,17 +205,15 @@ static bool join(shared *to, const zs_node *node, const zs_stack_read *read,
 {
   const struct stack *p = node->parameters;
   const zs_slices *s = &read->slices;
-  zs_joined joined;
-  const zs_join_result result = zs_slices_join(&joined, s, method_of(p), control);
+  const zs_join_result result = zs_slices_join(&to->joined, s, method_of(p), control);
   if (result == ZS_JOIN_CANCELLED)
     return zs_fail(diag, ZS_CANCELLED, NULL, "cancelled");
   if (result == ZS_JOIN_MEMORY)
     return zs_fail_memory(diag);
-  to->raster = joined.raster;
   to->pixel = read->pixel;
   memcpy(to->matrix, read->matrix, sizeof to->matrix);
   for (int k = 0; k < 2; k++)
-    to->matrix[4 * k + 3] += (double)s->margin - (double)joined.first[k];
+    to->matrix[4 * k + 3] += (double)s->margin - (double)to->joined.first[k];
   to->matrix[11] -= s->slices[0].height;
   to->hi = s->slices[s->count - 1].height - s->slices[0].height;
   return true;
@@ -257,6 +255,40 @@ static shared *find(zs_compiler *compiler, const zs_node *node)
   return s;
 }
 
+/* Tell what moves between two slices: ways of the same height. */
+static void tell_gap(zs_compiler *compiler, const zs_node *node, const shared *s,
+                     const zs_join_way *ways, size_t count, const zs_coordinates *own)
+{
+  zs_correspondence all = {.element = node->kind->name, .line = node->place.line, .found = true,
+                           .count = count, .places = 2};
+  double *places = ZS_ARENA_NEW(zs_compiler_arena(compiler), double, 3 * (2 * count + 2));
+  if (!places) {
+    zs_fail_memory(zs_compiler_diag(compiler));
+    return;
+  }
+  for (size_t i = 0; i < count; i++)
+    for (size_t k = 0; k < 3; k++) {
+      places[6 * i + k] = (double)ways[i].from[k];
+      places[6 * i + 3 + k] = (double)ways[i].to[k];
+    }
+  const double first = zs_stack_is_volume(node) ? 0 : zs_stack_first(node);
+  const double heights[2] = {(double)ways[0].from[2], (double)ways[0].to[2]};
+  for (int k = 0; k < 2; k++)
+    all.level[k] = first + heights[k] * s->pixel;
+  zs_correspondence_tell(compiler, &all, places, heights, own);
+}
+
+static void tell_ways(zs_compiler *compiler, const zs_node *node, const shared *s,
+                      const zs_coordinates *own)
+{
+  const zs_joined *j = &s->joined;
+  for (size_t from = 0, to; from < j->way_count; from = to) {
+    for (to = from + 1; to < j->way_count && j->ways[to].from[2] == j->ways[from].from[2];)
+      to++;
+    tell_gap(compiler, node, s, j->ways + from, to - from, own);
+  }
+}
+
 static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   const struct stack *p = node->parameters;
@@ -265,9 +297,10 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
     return zs_emit_constant(compiler, 0);
   const double hi = s->hi, pixel = s->pixel;
   const zs_coordinates own = zs_coordinates_affine(at, s->matrix);
+  tell_ways(compiler, node, s, &own);
   if (!zs_compiler_keep(compiler, s, unref))
     return zs_emit_constant(compiler, 0);
-  zs_value f = zs_raster_emit(compiler, s->raster, &own);
+  zs_value f = zs_raster_emit(compiler, s->joined.raster, &own);
   if (p->caps == CLOSED)
     f = zs_emit_cut(compiler, f, &own, 0, hi);
   return zs_emit_scaled(compiler, f, pixel);
@@ -283,7 +316,8 @@ const zs_kind zs_kind_stack = {
          "is in the file. f is sampled on layers about a pixel apart and interpolated by cubics; "
          "near the surface it is about the distance in the slices' planes; where the pixels of a "
          "volume are not square, the distance in slices that are stretched until they are. Slices "
-         "may be empty, but not all of them. The solid is made once for all uses and all values of "
+         "may be empty, but not all of them. `zeroset info` lists what moves between slices with "
+         "`extended` or `auto`, and `zeroset slice --correspondence` draws it. The solid is made once for all uses and all values of "
          "parameters.",
   .source = "radial functions: Savchenko et al., \"Function representation of solids "
             "reconstructed from scattered surface points and contours\" (1995); Turk, O'Brien, "

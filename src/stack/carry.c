@@ -1,6 +1,7 @@
 /* Gaps between slices filled by distances that move with the shapes. */
 #include "stack/join.h"
 
+#include "base/array.h"
 #include "samples/raster.h"
 
 #include <math.h>
@@ -170,4 +171,60 @@ void zs_join_carry(const zs_joiner *j, bool all)
 #pragma omp parallel for schedule(dynamic, 1) num_threads(j->threads)
   for (uint32_t layer = 0; layer < j->raster->count[2]; layer++)
     carry_layer(j, layer, all);
+}
+
+/* ---- Ways -------------------------------------------------------------------------------- */
+
+/* The way of a point on the outline of a gap's lower slice; false when it is not on the outline,
+ * or the moved distances do not count there. */
+static bool find_way(const zs_joiner *j, size_t gap, const zs_slice_point *p, bool all,
+                     zs_join_way *way)
+{
+  const zs_motion *motion = &j->motions[gap];
+  const float at[2] = {p->x - (float)j->first[0], p->y - (float)j->first[1]};
+  float m[2], u[2];
+  find_half_way(j, (ptrdiff_t)gap, at, -0.5F, m);
+  displacement(j, (ptrdiff_t)gap, m, u);
+  for (int k = 0; k < 2; k++) {
+    way->from[k] = at[k];
+    way->to[k] = m[k] + u[k] / 2;
+  }
+  way->from[2] = j->raster->heights[j->level[gap]];
+  way->to[2] = j->raster->heights[j->level[gap + 1]];
+  return p->value == 0 &&
+         (all || motion->apart ||
+          zs_motion_sample(motion->gate, motion->width, motion->height, m[0], m[1]) > 0.5F);
+}
+
+/* Append at most MOST_WAYS of a gap's, spread over all. */
+static bool add_ways(const zs_joiner *j, size_t gap, bool all, zs_joined *joined, size_t *capacity)
+{
+  enum { MOST_WAYS = 32 };
+  const zs_stack_slice *slice = &j->slices->slices[gap];
+  zs_join_way way;
+  size_t count = 0, next = 0, added = 0;
+  for (size_t i = 0; i < slice->count; i++)
+    count += find_way(j, gap, &slice->points[i], all, &way);
+  const size_t most = count < MOST_WAYS ? count : MOST_WAYS;
+  for (size_t i = 0; i < slice->count && added < most; i++) {
+    if (!find_way(j, gap, &slice->points[i], all, &way) || next++ * most < added * count)
+      continue;
+    zs_join_way *ways =
+      zs_array_grown(joined->ways, joined->way_count + 1, capacity, sizeof *ways);
+    if (!ways)
+      return false;
+    joined->ways = ways;
+    ways[joined->way_count++] = way;
+    added++;
+  }
+  return true;
+}
+
+bool zs_join_find_ways(const zs_joiner *j, bool all, zs_joined *joined)
+{
+  size_t capacity = 0;
+  for (size_t gap = 0; gap + 1 < j->slices->count; gap++)
+    if (moves(j, (ptrdiff_t)gap) && !add_ways(j, gap, all, joined, &capacity))
+      return false;
+  return true;
 }

@@ -134,8 +134,8 @@ static bool is_plain(zs_join_method method)
   return method == ZS_JOIN_LINEAR || method == ZS_JOIN_CUBIC;
 }
 
-/* All layers, but for what is to be mended. */
-static zs_join_result write_layers(zs_joiner *j, zs_join_method method)
+/* All layers, but for what is to be mended, and what moves between them. */
+static zs_join_result write_layers(zs_joiner *j, zs_join_method method, zs_joined *joined)
 {
   const bool two = j->slices->count == 2;
   const bool extended = method == ZS_JOIN_EXTENDED || (method == ZS_JOIN_AUTO && two);
@@ -143,7 +143,8 @@ static zs_join_result write_layers(zs_joiner *j, zs_join_method method)
   fill(j, is_plain(method));
   if (is_plain(method))
     return ZS_JOIN_DONE;
-  if (method != ZS_JOIN_VARIATIONAL && !zs_join_find_motions(j, two))
+  if (method != ZS_JOIN_VARIATIONAL &&
+      !(zs_join_find_motions(j, two) && zs_join_find_ways(j, extended, joined)))
     return ZS_JOIN_MEMORY;
   const zs_join_result result = extended ? ZS_JOIN_DONE : zs_join_variational(j);
   if (result == ZS_JOIN_DONE && method != ZS_JOIN_VARIATIONAL)
@@ -169,10 +170,11 @@ zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_joi
   zs_joiner j = {.slices = slices, .control = control, .threads = zs_control_threads(control)};
   uint32_t count[3];
   zs_join_result result = ZS_JOIN_MEMORY;
+  *joined = (zs_joined){.raster = NULL};
   find_box(&j, count);
   if (crop_fields(&j, count) &&
       lay_out(&j, count, is_plain(method) ? INFINITY : choose_step(slices, count)))
-    result = write_layers(&j, method);
+    result = write_layers(&j, method, joined);
   if (result == ZS_JOIN_DONE && !is_plain(method)) {
     zs_join_mend_levels(&j);
     result = zs_join_drop_islands(&j) ? ZS_JOIN_DONE : ZS_JOIN_MEMORY;
@@ -180,10 +182,16 @@ zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_joi
   if (result == ZS_JOIN_DONE && !zs_raster_finish(j.raster))
     result = ZS_JOIN_MEMORY;
   free_joiner(&j);
-  if (result != ZS_JOIN_DONE) {
-    zs_raster_free(j.raster);
-    j.raster = NULL;
-  }
-  *joined = (zs_joined){j.raster, {j.first[0], j.first[1]}};
+  joined->raster = j.raster;
+  memcpy(joined->first, j.first, sizeof joined->first);
+  if (result != ZS_JOIN_DONE)
+    zs_joined_clear(joined);
   return result;
+}
+
+void zs_joined_clear(zs_joined *joined)
+{
+  zs_raster_free(joined->raster);
+  free(joined->ways);
+  *joined = (zs_joined){.raster = NULL};
 }

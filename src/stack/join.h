@@ -15,10 +15,18 @@ typedef enum zs_join_method {
   ZS_JOIN_VARIATIONAL /* the function of least bending through the outlines of four slices */
 } zs_join_method;
 
+/* What a place on the outline of one slice becomes on the next one: coordinates of the raster. */
+typedef struct zs_join_way {
+  float from[3], to[3];
+} zs_join_way;
+
 /* What is sampled of a stack: pixels first[0] .. and rows first[1] .. of its distances. */
 typedef struct zs_joined {
   zs_raster *raster; /* heights in pixels above the first slice */
   size_t first[2];
+  /* A sample of places that move with the shapes, gap by gap from the lowest up. */
+  zs_join_way *ways;
+  size_t way_count;
 } zs_joined;
 
 typedef enum zs_join_result { ZS_JOIN_DONE, ZS_JOIN_CANCELLED, ZS_JOIN_MEMORY } zs_join_result;
@@ -37,6 +45,7 @@ typedef enum zs_join_result { ZS_JOIN_DONE, ZS_JOIN_CANCELLED, ZS_JOIN_MEMORY } 
  * from one to the next. */
 zs_join_result zs_slices_join(zs_joined *joined, const zs_slices *slices, zs_join_method method,
                               const zs_control *control);
+void zs_joined_clear(zs_joined *joined);
 
 /* ---- Between the files of this room ------------------------------------------------------ */
 
@@ -73,6 +82,10 @@ bool zs_join_find_motions(zs_joiner *j, bool align);
 
 /* Write all samples by distances that move, or mix these in where it takes them (carry.c). */
 void zs_join_carry(const zs_joiner *j, bool all);
+
+/* Sample the ways along which the places on outlines go that move, all or where it takes them;
+ * false when memory is out (carry.c). */
+bool zs_join_find_ways(const zs_joiner *j, bool all, zs_joined *joined);
 
 /* Change samples so that they have the signs of the slices' pixels (mend.c). */
 void zs_join_mend_levels(const zs_joiner *j);

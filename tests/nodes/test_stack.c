@@ -465,6 +465,29 @@ static void test_pixels_that_are_not_square(void **unused)
   zs_field_unref(oblong);
 }
 
+/* The field tells what moves, in the scene's coordinates. */
+static void test_correspondence(void **unused)
+{
+  (void)unused;
+  write_disc("far1.pgm", 5, 8, 3, 255);
+  write_disc("far2.pgm", 11, 8, 3, 255);
+  zs_field *field = compile(DOMAIN "<translate by='0 0 1'><stack src='far*.pgm' pixel='2' "
+                                   "spacing='10' origin='100 50 7'/></translate>");
+  zs_correspondence c;
+  assert_true(zs_field_correspondence(field, 0, &c));
+  assert_false(zs_field_correspondence(field, 1, &c));
+  assert_string_equal(c.element, "stack");
+  assert_true(c.found && c.count > 10 && c.places == 2);
+  assert_true(fabs(c.level[0] - 7) < 1e-5 && fabs(c.level[1] - 17) < 1e-5);
+  assert_true(fabs(c.normal[2] - 1) < 1e-9);
+  for (size_t i = 0; i < c.count; i++) {
+    const double *from = c.ways + 6 * i, *to = from + 3;
+    assert_true(fabs(from[2] - 8) < 1e-4 && fabs(to[2] - 18) < 1e-4);
+    assert_true(fabs(to[0] - from[0] - 12) < 2 && fabs(to[1] - from[1]) < 2);
+  }
+  zs_field_unref(field);
+}
+
 /* ---- Bad input --------------------------------------------------------------------------- */
 
 static void test_bad_input(void **unused)
@@ -596,6 +619,7 @@ int main(void)
     cmocka_unit_test(test_tiff),      cmocka_unit_test(test_outlines),
     cmocka_unit_test(test_outline_choices), cmocka_unit_test(test_volume),
     cmocka_unit_test(test_pixels_that_are_not_square),
+    cmocka_unit_test(test_correspondence),
     cmocka_unit_test(test_least),     cmocka_unit_test(test_bad_input),
     cmocka_unit_test(test_gap_with_levels),
   };

@@ -108,7 +108,7 @@ static void test_signs(void **unused)
         if (any) {
           zs_joined j = join(&s, (zs_join_method)method);
           check_signs(&j, &s);
-          zs_raster_free(j.raster);
+          zs_joined_clear(&j);
         }
         zs_slices_clear(&s);
       }
@@ -130,7 +130,7 @@ static void test_ball(void **unused)
       const double f = value_of(&j, &s, 18 + r * cos(angle), 17 + r * sin(angle), z);
       worst[method] = fmax(worst[method], fabs(f));
     }
-    zs_raster_free(j.raster);
+    zs_joined_clear(&j);
     zs_slices_clear(&s);
   }
   if (!(worst[1] < 0.12 && worst[0] > 2 * worst[1]))
@@ -154,7 +154,7 @@ static void test_is_smooth(void **unused)
         f[k] = value_of(&j, &s, x, y, -4 + (k - 1) * h);
       jump[method] = fmax(jump[method], fabs(f[2] - 2 * f[1] + f[0]) / h);
     }
-    zs_raster_free(j.raster);
+    zs_joined_clear(&j);
     zs_slices_clear(&s);
   }
   for (int method = 1; method < 4; method++)
@@ -173,7 +173,7 @@ static void test_empty_slices(void **unused)
   check_signs(&j, &s);
   assert_true(value_of(&j, &s, 18, 17, 8) >= 0);
   assert_true(value_of(&j, &s, 18, 17, 16) < 0);
-  zs_raster_free(j.raster);
+  zs_joined_clear(&j);
   zs_slices_clear(&s);
 }
 
@@ -200,9 +200,39 @@ static void test_apart(void **unused)
           fail_msg("%zu slices, at %g: %d pixels", count, z, inside);
         assert_true(value_of(&j, &s, 9 + 2 * z, 12 + z, z) > 3);
       }
-      zs_raster_free(j.raster);
+      zs_joined_clear(&j);
       zs_slices_clear(&s);
     }
+}
+
+/* What the ways tell of is on the outlines of both slices, and goes where the disc goes. */
+static void test_ways(void **unused)
+{
+  (void)unused;
+  static const double heights[] = {0, 9};
+  zs_slices s = slices_of(mover, heights, 2, true);
+  zs_joined j = join(&s, ZS_JOIN_AUTO);
+  assert_in_range(j.way_count, 20, 32);
+  for (size_t i = 0; i < j.way_count; i++) {
+    const zs_join_way *way = &j.ways[i];
+    double at[2][2];
+    for (int k = 0; k < 2; k++) {
+      at[0][k] = (double)way->from[k] + (double)j.first[k] - (double)s.margin;
+      at[1][k] = (double)way->to[k] + (double)j.first[k] - (double)s.margin;
+    }
+    assert_true(way->from[2] == 0 && way->to[2] == 9);
+    assert_true(fabs(mover(at[0][0], at[0][1], 0)) < 0.3);
+    assert_true(fabs(mover(at[1][0], at[1][1], 9)) < 0.7);
+    assert_true(hypot(at[1][0] - at[0][0] - 18, at[1][1] - at[0][1] - 9) < 2);
+  }
+  zs_joined_clear(&j);
+  zs_slices_clear(&s);
+  /* Where nothing moves there are none. */
+  s = slices_of(ball, (const double[]){-4, 0, 4}, 3, true);
+  j = join(&s, ZS_JOIN_AUTO);
+  assert_int_equal(j.way_count, 0);
+  zs_joined_clear(&j);
+  zs_slices_clear(&s);
 }
 
 /* A thin wall that moves by more than its thickness from slice to slice stays whole. */
@@ -223,7 +253,7 @@ static void test_thin_walls(void **unused)
       assert_true(value_of(&j, &s, 18 + r * cos(angle), 18 + r * sin(angle), z) > 0.2);
       assert_true(value_of(&j, &s, 18 + (r - 3) * cos(angle), 18 + (r - 3) * sin(angle), z) < 0);
     }
-  zs_raster_free(j.raster);
+  zs_joined_clear(&j);
   zs_slices_clear(&s);
 }
 
@@ -266,7 +296,7 @@ static void test_no_islands(void **unused)
                                                 i / n[0] / n[1]) < 0);
   free(reached);
   free(stack);
-  zs_raster_free(j.raster);
+  zs_joined_clear(&j);
   zs_slices_clear(&s);
 }
 
@@ -288,7 +318,7 @@ static void test_threads(void **unused)
                           zs_raster_sample(j[1].raster, 0, y, z),
                           j[0].raster->count[0] * sizeof(float));
   for (int k = 0; k < 2; k++)
-    zs_raster_free(j[k].raster);
+    zs_joined_clear(&j[k]);
   zs_slices_clear(&s);
 }
 
@@ -318,7 +348,7 @@ static void test_stairs(void **unused)
         const double away = fabs(value_of(&j, &s, x, y, z));
         assert_true(away < (soft ? 0.05 : 0.25)); /* stairs are half a pixel off */
       }
-    zs_raster_free(j.raster);
+    zs_joined_clear(&j);
     zs_slices_clear(&s);
   }
 }
@@ -348,7 +378,7 @@ int main(void)
     cmocka_unit_test(test_signs),        cmocka_unit_test(test_ball),
     cmocka_unit_test(test_is_smooth),    cmocka_unit_test(test_empty_slices),
     cmocka_unit_test(test_no_islands),   cmocka_unit_test(test_threads),
-    cmocka_unit_test(test_cancel),       cmocka_unit_test(test_apart),
+    cmocka_unit_test(test_cancel),       cmocka_unit_test(test_apart), cmocka_unit_test(test_ways),
     cmocka_unit_test(test_thin_walls),   cmocka_unit_test(test_stairs),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

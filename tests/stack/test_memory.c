@@ -57,10 +57,10 @@ static void exhaust(zs_join_method method)
     if (result == ZS_JOIN_DONE && !is_same(whole.raster, joined.raster))
       fail_msg("allocation %lu changed the solid", n);
     if (result == ZS_JOIN_DONE)
-      zs_raster_free(joined.raster);
+      zs_joined_clear(&joined);
   }
   assert_true(n > 5);
-  zs_raster_free(whole.raster);
+  zs_joined_clear(&whole);
   zs_slices_clear(&slices);
 }
 
