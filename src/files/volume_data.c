@@ -28,11 +28,19 @@ bool zs_volume_allocate(zs_volume_input *input, double available)
   return volume->numbers || zs_fail_memory(input->diag);
 }
 
+/* With what should have been there. */
+static bool fail_data(const zs_volume_input *input, const char *problem)
+{
+  const zs_volume *v = input->volume;
+  return zs_volume_fail(input, NULL, "%s; expected %u x %u x %u samples of %zu bytes", problem,
+                        v->size[0], v->size[1], v->size[2], zs_voxel_size(v->type));
+}
+
 static bool fail_read(const zs_volume_input *input)
 {
   return ferror(input->stream)
            ? zs_fail(input->diag, ZS_ERROR_IO, input->path, "cannot be read: %s", strerror(errno))
-           : zs_volume_fail(input, NULL, "the data ends too early");
+           : fail_data(input, "the data ends too early");
 }
 
 /* ---- Compressed ------------------------------------------------------------------- */
@@ -85,7 +93,7 @@ static bool read_compressed(zs_volume_input *data, uint64_t before, void *out, s
   const char *problem = zs_inflate(from_stream, data->stream, before, out, size);
   if (problem && ferror(data->stream))
     return fail_read(data);
-  return !problem || zs_volume_fail(data, NULL, "%s", problem);
+  return !problem || fail_data(data, problem);
 }
 
 /* ---- Text -------------------------------------------------------------------------- */
@@ -148,7 +156,7 @@ bool zs_volume_read_data(zs_volume_input *data, uint64_t offset, uint64_t before
   zs_volume *volume = data->volume;
   const size_t size = zs_voxel_size(volume->type);
   if (offset > data->length)
-    return zs_volume_fail(data, NULL, "the data ends too early");
+    return fail_data(data, "the data ends too early");
   double available = (double)(data->length - offset);
   if (encoding == ZS_ENCODING_ZLIB)
     available *= MOST_INFLATED;

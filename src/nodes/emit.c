@@ -2,7 +2,8 @@
  * of kinds that are defined by formulas. */
 #include "nodes/common.h"
 
-#include <stdint.h>
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -437,6 +438,64 @@ static bool worth_remembering(const zs_node *node)
          node->kind->family == ZS_FAMILY_SHAPE;
 }
 
+/* ---- Files that cannot be read -------------------------------------------------------- */
+
+/* Whoever asked for the diagnostics of a node that is being emitted. */
+typedef struct outer {
+  const zs_node *node;
+  zs_diag diag; /* as it was */
+} outer;
+
+/* The attribute of a node that names this file, or any if that is NULL; NULL without one. */
+static const char *attribute_with(const zs_node *node, const char *file)
+{
+  for (size_t i = 0; i < node->kind->attribute_count; i++) {
+    const zs_attribute *a = &node->kind->attributes[i];
+    const void *field = (const char *)node->parameters + a->offset;
+    const zs_files one = {.paths = field, .count = *(const char *const *)field != NULL};
+    const zs_files *files = a->type == ZS_FILES ? field : &one;
+    if (a->type != ZS_FILE && a->type != ZS_FILES)
+      continue;
+    for (size_t k = 0; k < files->count; k++)
+      if (!file || !strcmp(files->paths[k], file))
+        return a->name;
+  }
+  return NULL;
+}
+
+/* The node that asks for this file, or any: this one, or a part of it. */
+static const zs_node *find_reader(const zs_node *node, const char *file, const char **attribute)
+{
+  if ((*attribute = attribute_with(node, file)))
+    return node;
+  for (size_t i = 0; i < node->child_count; i++) {
+    const zs_node *child = node->children[i];
+    const zs_node *reader =
+      child->kind->family == ZS_FAMILY_PART ? find_reader(child, file, attribute) : NULL;
+    if (reader)
+      return reader;
+  }
+  return NULL;
+}
+
+/* What is wrong inside a data file says where in the scene the file is asked for. */
+static void report_reader(void *context, const zs_diagnostic *diagnostic)
+{
+  const outer *o = context;
+  zs_diagnostic d = *diagnostic;
+  const char *attribute = NULL;
+  const zs_node *reader =
+    d.file && !d.element && !d.hint ? find_reader(o->node, d.file, &attribute) : NULL;
+  char hint[512];
+  if (reader) {
+    const zs_place *place = &reader->place;
+    snprintf(hint, sizeof hint, "'%s' of <%s> asks for this file, in %s:%" PRIu32, attribute,
+             reader->kind->name, place->source ? place->source->name : "the scene", place->line);
+    d.hint = hint;
+  }
+  o->diag.report(o->diag.context, &d);
+}
+
 static zs_value placed_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
 {
   zs_coordinates placed = node->placement ? zs_coordinates_affine(at, node->placement) : *at;
@@ -445,6 +504,21 @@ static zs_value placed_emit(zs_compiler *compiler, const zs_node *node, const zs
                    : kind->emit                          ? kind->emit(compiler, node, &placed)
                                                          : zs_kind_emit(compiler, node, &placed);
   return node->placement ? zs_emit_scaled(compiler, value, node->placement_scale) : value;
+}
+
+static zs_value watched_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
+{
+  zs_diag *diag = zs_compiler_diag(compiler);
+  const char *attribute;
+  if (!diag || !diag->report || !find_reader(node, NULL, &attribute))
+    return placed_emit(compiler, node, at);
+  outer o = {node, *diag};
+  diag->report = report_reader;
+  diag->context = &o;
+  const zs_value value = placed_emit(compiler, node, at);
+  diag->report = o.diag.report;
+  diag->context = o.diag.context;
+  return value;
 }
 
 zs_value zs_node_emit(zs_compiler *compiler, const zs_node *node, const zs_coordinates *at)
@@ -467,7 +541,7 @@ zs_value zs_node_emit(zs_compiler *compiler, const zs_node *node, const zs_coord
     return 0;
   }
   c->depth++;
-  zs_value value = placed_emit(compiler, node, at);
+  zs_value value = watched_emit(compiler, node, at);
   c->depth--;
   if (shared)
     remember(compiler, c, node, at, value);

@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 typedef struct seen {
-  char message[512], file[256];
+  char message[512], hint[512], file[256];
   unsigned line;
   zs_status status;
 } seen;
@@ -25,6 +25,7 @@ static inline void keep(void *context, const zs_diagnostic *d)
   if (*s->message)
     return;
   snprintf(s->message, sizeof s->message, "%s", d->message);
+  snprintf(s->hint, sizeof s->hint, "%s", d->hint ? d->hint : "");
   snprintf(s->file, sizeof s->file, "%s", d->file ? d->file : "");
   s->line = d->line;
   s->status = d->code;

@@ -569,6 +569,28 @@ static void test_bad_input(void **unused)
   refuses("<stack src='thick.nrrd' pixel='2'/>", "the volume itself says");
 }
 
+/* What is wrong inside a file says who asks for it: the node itself, or a part of it. */
+static void test_who_asks(void **unused)
+{
+  (void)unused;
+  write_text("torn3.tif", "II*\x08");
+  seen s = refusal("<union><sphere radius='1'/>\n<stack src='torn3.tif'/></union>");
+  assert_string_equal(s.file, scratch_path(&folder, "torn3.tif"));
+  assert_non_null(strstr(s.hint, "'src' of <stack> asks for this file, in "));
+  assert_non_null(strstr(s.hint, "scene.xml:3"));
+  write_text("torn.obj", "v 1 2\n");
+  s = refusal("<variational>\n<mesh src='torn.obj'/></variational>");
+  assert_int_equal(s.line, 1);
+  assert_non_null(strstr(s.hint, "'src' of <mesh> asks for this file, in "));
+  assert_non_null(strstr(s.hint, "scene.xml:3"));
+  /* A volume also says what should have been there. */
+  write_text("torn.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 9\nencoding: gzip\n\n"
+                          "\x1f\x8b");
+  s = refusal("<stack src='torn.nrrd' label='1'/>");
+  assert_non_null(strstr(s.message, "2 x 2 x 9 samples of 1 bytes"));
+  assert_non_null(strstr(s.hint, "scene.xml:2"));
+}
+
 /* Shapes of one pixel, pictures of one, and slices that are empty at the ends. */
 static void test_least(void **unused)
 {
@@ -619,7 +641,7 @@ int main(void)
     cmocka_unit_test(test_tiff),      cmocka_unit_test(test_outlines),
     cmocka_unit_test(test_outline_choices), cmocka_unit_test(test_volume),
     cmocka_unit_test(test_pixels_that_are_not_square),
-    cmocka_unit_test(test_correspondence),
+    cmocka_unit_test(test_correspondence), cmocka_unit_test(test_who_asks),
     cmocka_unit_test(test_least),     cmocka_unit_test(test_bad_input),
     cmocka_unit_test(test_gap_with_levels),
   };
