@@ -240,10 +240,10 @@ ZS_API void zs_eval_free(zs_eval *eval);
 /* Values at n points origin + (x, y, z); origin may be NULL for the scene's.
  * Coordinates are relative so that single precision loses nothing far from the
  * scene's origin.  Arrays hold n floats with no alignment asked; f may be one
- * of the inputs.  Takes no lock.  In a large scene points cost less the more of
- * them are given at once, from some hundreds on: they are gone through in
- * groups of near ones, each by what matters to it, which may allocate; without
- * memory it only takes longer.  Results do not depend on it. */
+ * of the inputs.  Takes no lock.  In a scene of many nodes points cost less the
+ * more of them are given at once, from some thousands on: they are gone through
+ * in groups of near ones, each by what matters to it, which may allocate;
+ * without memory it only takes longer.  Results do not depend on it. */
 ZS_API void zs_eval_values(zs_eval *eval, const double origin[3], size_t n, const float *x,
                            const float *y, const float *z, float *f);
 

@@ -3,18 +3,18 @@
  * The points are split into sixteen groups, each by the middle of the longest side of its box;
  * bounds over these boxes give every group a program of its own, and groups that are still
  * large, of programs still long, are split again.  A point costs what is near it, and its share
- * of the bounds: sixteen boxes take about as long as a hundred points, so that n points of a
- * program of length l, of which a few instructions matter at each, cost
- * O(n log n + l) instead of O(n l). */
+ * of the bounds: n points of a program of length l, of which a few instructions matter at each,
+ * cost O(n log n + l) instead of O(n l). */
 #include "field/field.h"
 
 #include <math.h>
 #include <string.h>
 
+/* Bounds of sixteen boxes and programs for them take as long as about a thousand points; to group
+ * points takes as long as some hundred instructions for each. */
 enum {
-  LEAST_LENGTH = 48,   /* of programs worth shortening, ... */
-  LEAST_FIRST = 512,   /* ... for so many points, ... */
-  LEAST_FURTHER = 160, /* ... or so many when it has got shorter before */
+  LEAST_LENGTH = 600,  /* of programs worth shortening, ... */
+  LEAST_POINTS = 2048, /* ... for so many points */
   MOST_FAILURES = 2,   /* in a row to make it shorter */
   MOST_LEVELS = 24
 };
@@ -113,8 +113,8 @@ static void set_boxes(const group *groups, unsigned count, zs_boxes *boxes)
 
 static bool is_worth_it(const zs_program *program, uint32_t count, unsigned failures)
 {
-  return count >= (failures ? LEAST_FIRST : LEAST_FURTHER) && failures < MOST_FAILURES &&
-         zs_program_choices(program) && zs_program_length(program) >= LEAST_LENGTH;
+  return count >= LEAST_POINTS && failures < MOST_FAILURES && zs_program_choices(program) &&
+         zs_program_length(program) >= LEAST_LENGTH;
 }
 
 /* What becomes of a group. */
@@ -178,8 +178,7 @@ static uint32_t list_points(const scatter *s, uint32_t count)
 
 bool zs_scatter_pays(const zs_program *program, size_t count)
 {
-  return is_worth_it(program, count < ZS_SCATTER_CHUNK ? (uint32_t)count : ZS_SCATTER_CHUNK,
-                     1);
+  return is_worth_it(program, count < ZS_SCATTER_CHUNK ? (uint32_t)count : ZS_SCATTER_CHUNK, 0);
 }
 
 void zs_scatter_evaluate(zs_eval *eval, const zs_program *program, const zs_frame *frame,

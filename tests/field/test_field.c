@@ -327,6 +327,30 @@ static void regions_get_shorter(void **state)
   zs_field_unref(field);
 }
 
+/* Many balls, joined in different ways; one of them may be no number but inside. */
+static zs_field *many_balls(uint64_t *seed, unsigned count, bool numbers)
+{
+  zs_value xyz[3], result = 0;
+  zs_compiler *c = begin(xyz);
+  for (unsigned i = 0; i < count; i++) {
+    zs_value away[3];
+    for (int k = 0; k < 3; k++)
+      away[k] = zs_emit(c, ZS_FUNCTION_SUBTRACT, xyz[k],
+                        zs_emit_constant(c, random_between(seed, -1.5, 2.5)), 0);
+    const zs_value r = zs_emit(c, ZS_FUNCTION_HYPOT, away[0],
+                               zs_emit(c, ZS_FUNCTION_HYPOT, away[1], away[2], 0), 0);
+    const zs_value radius = zs_emit_constant(c, random_between(seed, 0.05, 0.4));
+    zs_value ball = zs_emit(c, ZS_FUNCTION_SUBTRACT, radius, r, 0);
+    if (!numbers && i == 7)
+      ball = zs_emit(c, ZS_FUNCTION_SQUARE_ROOT, ball, 0, 0);
+    if (i % 5 == 4)
+      result = zs_emit(c, ZS_FUNCTION_MINIMUM, result, zs_emit(c, ZS_FUNCTION_NEGATE, ball, 0, 0), 0);
+    else
+      result = i ? zs_emit(c, ZS_FUNCTION_MAXIMUM, result, ball, 0) : ball;
+  }
+  return finish(c, result);
+}
+
 /* Many points at once, which are grouped, have the results that they have one by one: near
  * together, all over, more than once, and where there is no number. */
 static void many_points_equal_single_ones(void **state)
@@ -336,9 +360,9 @@ static void many_points_equal_single_ones(void **state)
   static float p[3][N], f[4][N];
   uint64_t seed = 5;
   for (int program = 0; program < PROGRAMS; program++) {
-    zs_field *field = random_field(&seed, 150 + 20 * (unsigned)program);
+    zs_field *field = many_balls(&seed, 150 + 20 * (unsigned)program, program % 4 < 3);
     zs_eval *many = evaluator(field), *one = evaluator(field);
-    const size_t n = program ? 600 + random_below(&seed, 4000) : N;
+    const size_t n = program ? 2048 + random_below(&seed, 8000) : N;
     assert_true(zs_scatter_pays(zs_field_program(field), n));
     for (size_t i = 0; i < n; i++) {
       const double reach = i % 3 ? 2 : i % 2 ? 1e-6 : 0;
