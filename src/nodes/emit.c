@@ -452,12 +452,13 @@ static const char *attribute_with(const zs_node *node, const char *file)
   for (size_t i = 0; i < node->kind->attribute_count; i++) {
     const zs_attribute *a = &node->kind->attributes[i];
     const void *field = (const char *)node->parameters + a->offset;
-    const zs_files one = {.paths = field, .count = *(const char *const *)field != NULL};
-    const zs_files *files = a->type == ZS_FILES ? field : &one;
-    if (a->type != ZS_FILE && a->type != ZS_FILES)
-      continue;
-    for (size_t k = 0; k < files->count; k++)
-      if (!file || !strcmp(files->paths[k], file))
+    zs_files files = {.count = 0};
+    if (a->type == ZS_FILES)
+      files = *(const zs_files *)field;
+    else if (a->type == ZS_FILE)
+      files = (zs_files){.paths = field, .count = *(const char *const *)field != NULL};
+    for (size_t k = 0; k < files.count; k++)
+      if (!file || !strcmp(files.paths[k], file))
         return a->name;
   }
   return NULL;
