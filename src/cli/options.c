@@ -312,8 +312,8 @@ const cli_option cli_option_table[] = {
    .help = "Where along the axis to cut (default: the middle of the box)"},
   {"correspondence", 0, NULL, CLI_SLICE, AT(correspondence), .parse = parse_flag,
    .help = "Draw what becomes what between levels of an interpolation, or slices of a stack: an "
-           "arrow for every pair, and where the cut is parallel to the levels the outlines on the one below (green) and "
-           "the one above (violet)"},
+           "arrow for every pair, and where the cut is parallel to the levels the outlines on the "
+           "one below (green) and the one above (violet)"},
   {"gradient", 0, NULL, CLI_EVAL, AT(gradient), .parse = parse_flag,
    .help = "Write f and its gradient, four numbers a point"},
   {"binary", 0, NULL, CLI_EVAL, AT(binary), .parse = parse_flag,

@@ -327,29 +327,24 @@ static zs_intervals r_alpha_range(zs_intervals a, zs_intervals b, numbers c)
   return zs_intervals_checked(range.lo, range.hi, known);
 }
 
-/* Where an operand of a union (1) or an intersection (-1) has no say in the sign: on the idle
- * side of 0, or of the other operand, for the sign is that of their maximum or minimum. */
-static zs_lanes_mask is_idle(zs_intervals a, zs_intervals b, numbers c)
-{
-  const zs_lanes zero = zs_lanes_all(0);
-  const zs_lanes_mask known = zs_intervals_known(a) & zs_intervals_known(b);
-  return known & (c.side > 0 ? (a.hi < zero) | (a.hi < b.lo) : (a.lo > zero) | (a.lo > b.hi));
-}
-
+/* Where only the sign counts, it is that of the operands' maximum or minimum. */
 static void r_alpha_bounds(const zs_bounds_arguments *x)
 {
   const numbers c = r_alpha_numbers(x->data);
+  zs_choice extremum = {.copy = {0}};
   ZS_FOR_PARTS(part)
   {
     const zs_intervals a = zs_intervals_load(x->in[0], part);
     const zs_intervals b = zs_intervals_load(x->in[1], part);
     if (zs_demand_is_sign(x->demand)) {
-      zs_set_bits(&x->choice->sign[0], part, is_idle(b, a, c));
-      zs_set_bits(&x->choice->sign[1], part, is_idle(a, b, c));
-      zs_set_bits(&x->choice->simpler, part, zs_intervals_known(a) & zs_intervals_known(b));
+      extremum_range(a, b, c.side > 0, x->demand, &extremum, part);
+      zs_set_bits(&extremum.simpler, part, zs_intervals_known(a) & zs_intervals_known(b));
     }
     zs_intervals_store(x->out, part, r_alpha_range(a, b, c));
   }
+  for (int k = 0; k < 2; k++)
+    x->choice->sign[k] = extremum.copy[k] | extremum.sign[k];
+  x->choice->simpler = extremum.simpler;
 }
 
 static void r_m_bounds(const zs_bounds_arguments *x)

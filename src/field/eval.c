@@ -50,8 +50,8 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->block = aligned((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
   e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
   e->index = aligned(ZS_SCATTER_CHUNK, sizeof *e->index);
-  if (!e->kept || !e->index || !e->storage || !e->values || !e->gradients || !e->bounds || !e->choices ||
-      !e->links || !e->regional || !e->points || !e->block ||
+  if (!e->kept || !e->index || !e->storage || !e->values || !e->gradients || !e->bounds ||
+      !e->choices || !e->links || !e->regional || !e->points || !e->block ||
       !zs_shortener_init(&e->shortener, program->count, program->link_count,
                          program->regional_count)) {
     zs_eval_free(e);
@@ -254,7 +254,8 @@ static void restrict_lanes(zs_eval *eval, const zs_program *program, unsigned la
   for (unsigned l = 0; l < ZS_LANES; l++) {
     if (!(lanes >> l & 1))
       continue;
-    const bool own = with_data && zs_shortener_restrict(shortener, instructions, l, regional, arena);
+    const bool own =
+      with_data && zs_shortener_restrict(shortener, instructions, l, regional, arena);
     result[l] = NULL;
     if (!own && !(can_shorten && pays(shortener, program, l))) {
       result[l] = program;
@@ -310,6 +311,23 @@ static unsigned value_block(const zs_program *program)
                                                                     : ZS_BLOCK;
 }
 
+/* Numbers from where an index says, or one after the other without one. */
+static void gather(float *to, const float *from, const uint32_t *index, unsigned n)
+{
+  if (!index)
+    memcpy(to, from, n * sizeof *to);
+  for (unsigned i = 0; index && i < n; i++)
+    to[i] = from[index[i]];
+}
+
+static void spread(float *to, const float *from, const uint32_t *index, unsigned n)
+{
+  if (!index)
+    memcpy(to, from, n * sizeof *to);
+  for (unsigned i = 0; index && i < n; i++)
+    to[index[i]] = from[i];
+}
+
 void zs_points_evaluate(zs_eval *eval, const zs_program *program, const zs_frame *frame,
                         const zs_points *points, size_t first, const uint32_t *index, size_t count)
 {
@@ -319,14 +337,14 @@ void zs_points_evaluate(zs_eval *eval, const zs_program *program, const zs_frame
   float *out = eval->block + 3 * block;
   for (size_t from = 0; from < count; from += block) {
     const unsigned m = count - from < block ? (unsigned)(count - from) : block;
+    const uint32_t *which = index ? index + from : NULL;
+    const size_t base = index ? first : first + from;
     for (int k = 0; k < 3; k++)
-      for (unsigned i = 0; i < m; i++)
-        at[k][i] = points->at[k][first + (index ? index[from + i] : from + i)];
+      gather(at[k], points->at[k] + base, which, m);
     run(eval, program, frame, zs_pad_points(m, at[0], at[1], at[2]), at, out, eval->gradients,
         gradients);
     for (unsigned k = 0; k < points->rows; k++)
-      for (unsigned i = 0; i < m; i++)
-        points->result[k][first + (index ? index[from + i] : from + i)] = out[k * ZS_BLOCK + i];
+      spread(points->result[k] + base, out + (size_t)k * ZS_BLOCK, which, m);
   }
 }
 

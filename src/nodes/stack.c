@@ -317,8 +317,8 @@ const zs_kind zs_kind_stack = {
          "near the surface it is about the distance in the slices' planes; where the pixels of a "
          "volume are not square, the distance in slices that are stretched until they are. Slices "
          "may be empty, but not all of them. `zeroset info` lists what moves between slices with "
-         "`extended` or `auto`, and `zeroset slice --correspondence` draws it. The solid is made once for all uses and all values of "
-         "parameters.",
+         "`extended` or `auto`, and `zeroset slice --correspondence` draws it. The solid is made "
+         "once for all uses and all values of parameters.",
   .source = "radial functions: Savchenko et al., \"Function representation of solids "
             "reconstructed from scattered surface points and contours\" (1995); Turk, O'Brien, "
             "\"Shape transformation using variational implicit functions\" (1999)",

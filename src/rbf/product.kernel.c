@@ -53,7 +53,7 @@ static inline ZS_ALWAYS double total(zs_vector a)
 }
 
 /* A tile of sources for some targets.  What these add to the sums of each source is left in
- * parts, one in each place of a vector of `across`: adding them up takes as long as finding them. */
+ * parts, one in each place of a vector of `across`, to be added up once for all targets. */
 static inline ZS_ALWAYS void visit(zs_rbf_radial radial, unsigned dimension, form form,
                                    const zs_rbf_product *p, size_t target, size_t source,
                                    size_t sources, zs_vector *across)

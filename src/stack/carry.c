@@ -183,6 +183,8 @@ static bool find_way(const zs_joiner *j, size_t gap, const zs_slice_point *p, bo
   const zs_motion *motion = &j->motions[gap];
   const float at[2] = {p->x - (float)j->first[0], p->y - (float)j->first[1]};
   float m[2], u[2];
+  if (p->value != 0)
+    return false;
   find_half_way(j, (ptrdiff_t)gap, at, -0.5F, m);
   displacement(j, (ptrdiff_t)gap, m, u);
   for (int k = 0; k < 2; k++) {
@@ -191,9 +193,8 @@ static bool find_way(const zs_joiner *j, size_t gap, const zs_slice_point *p, bo
   }
   way->from[2] = j->raster->heights[j->level[gap]];
   way->to[2] = j->raster->heights[j->level[gap + 1]];
-  return p->value == 0 &&
-         (all || motion->apart ||
-          zs_motion_sample(motion->gate, motion->width, motion->height, m[0], m[1]) > 0.5F);
+  return all || motion->apart ||
+         zs_motion_sample(motion->gate, motion->width, motion->height, m[0], m[1]) > 0.5F;
 }
 
 /* Append at most MOST_WAYS of a gap's, spread over all. */
