@@ -14,7 +14,7 @@ enum {
 };
 
 /* A regional program is worth having when it is this part of its parent. */
-static const double WORTHWHILE = 0.8;
+static const double WORTHWHILE = 0.9;
 
 /* Nothing is read of an evaluator's memory that has not been written: pages of it that a
  * job has no use for are never touched. */
@@ -45,13 +45,14 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   e->bounds = aligned(registers, sizeof *e->bounds);
   e->choices = aligned(program->choice_count, sizeof *e->choices);
   e->links = aligned(program->link_count, sizeof *e->links);
+  e->zeros = aligned(count, sizeof *e->zeros);
   e->regional = aligned(program->regional_count, sizeof *e->regional);
   e->points = aligned(count, sizeof *e->points);
   e->block = aligned((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
   e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
   e->index = aligned(ZS_SCATTER_CHUNK, sizeof *e->index);
   if (!e->kept || !e->index || !e->storage || !e->values || !e->gradients || !e->bounds ||
-      !e->choices || !e->links || !e->regional || !e->points || !e->block ||
+      !e->choices || !e->links || !e->zeros || !e->regional || !e->points || !e->block ||
       !zs_shortener_init(&e->shortener, program->count, program->link_count,
                          program->regional_count)) {
     zs_eval_free(e);
@@ -62,6 +63,7 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
     e->values[r] = e->storage + r * ZS_BLOCK;
     e->gradients[r] = e->storage + r * ZS_EVAL_ROWS * ZS_BLOCK;
   }
+  memset(e->zeros, 0, ZS_COORDINATES * sizeof *e->zeros);
   e->programs[0] = program;
   return e;
 }
@@ -77,6 +79,7 @@ void zs_eval_free(zs_eval *eval)
   free(eval->bounds);
   free(eval->choices);
   free(eval->links);
+  free(eval->zeros);
   free(eval->regional);
   free(eval->points);
   zs_shortener_free(&eval->shortener);
@@ -201,6 +204,7 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
 {
   zs_bounds_arguments arguments = {.frame = frame};
   const uint32_t last = program->count - 1;
+  const zs_lanes_test zero_lanes = zs_zero_lanes(eval->isa);
   memset(eval->choices, 0, program->choice_count * sizeof *eval->choices);
   for (uint32_t i = ZS_COORDINATES; i <= last; i++) {
     const zs_instruction *instruction = &program->instructions[i];
@@ -222,7 +226,9 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
     for (unsigned k = 0; k < arguments.siblings; k++)
       take_sibling(eval, program, i + 1 + k, result, &arguments, k);
     operation->kernels[eval->isa]->bounds(&arguments);
-    i += arguments.siblings;
+    eval->zeros[i] = zero_lanes(arguments.out);
+    for (unsigned k = 0; k < arguments.siblings; k++)
+      eval->zeros[++i] = zero_lanes(arguments.sibling[k].out);
   }
 }
 
@@ -246,8 +252,8 @@ static void restrict_lanes(zs_eval *eval, const zs_program *program, unsigned la
   const bool with_data = regions && program->regional_count;
   const bool can_shorten = zs_program_choices(program) || with_data;
   if (can_shorten)
-    zs_shortener_list(shortener, instructions, program->count, eval->choices, eval->links, lanes,
-                      request);
+    zs_shortener_list(shortener, instructions, program->count,
+                      &(zs_findings){eval->choices, eval->links, eval->zeros}, lanes, request);
   const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] =
     (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional;
   unsigned alike = 0; /* lanes without, whose programs others may share */

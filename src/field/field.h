@@ -31,6 +31,14 @@ struct zs_field {
 /* Whether two instructions do the same, if perhaps to different inputs. */
 bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction *b);
 
+/* What bounds have found out about a program. */
+typedef struct zs_findings {
+  const zs_choice *choices, *links; /* by ordinal */
+  /* By instruction: lanes in which its value is nothing but 0.  There it becomes the constant;
+   * should it be -0 for some points, it loses its sign. */
+  const uint16_t *zeros;
+} zs_findings;
+
 /* Shortening works on sixteen lanes together: one pass from the result back
  * lists, for every lane, the instructions that it needs and what becomes of them. */
 typedef struct zs_shortener {
@@ -53,11 +61,9 @@ bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t 
 void zs_shortener_free(zs_shortener *shortener);
 
 /* List what the lanes (one bit each) need of a program whose last instruction
- * is the result.  `choices` and those of `links`, by ordinal, may both be NULL: then all
- * is kept. */
+ * is the result; without `findings` (NULL) all that the result depends on. */
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
-                       const zs_choice *choices, const zs_choice *links, unsigned lanes,
-                       zs_request request);
+                       const zs_findings *findings, unsigned lanes, zs_request request);
 
 /* Whether two listed lanes need the same. */
 bool zs_shortener_equal(const zs_shortener *shortener, unsigned lane, unsigned other);
@@ -92,6 +98,7 @@ struct zs_eval {
   zs_bounds *bounds; /* by register */
   zs_choice *choices;
   zs_choice *links; /* of chains, by ordinal */
+  uint16_t *zeros;  /* zs_findings */
   zs_bounds (*regional)[ZS_MAXIMUM_INPUTS];
   double *points; /* by instruction: results at one point */
   zs_shortener shortener;

@@ -118,6 +118,9 @@ typedef struct zs_operation {
   unsigned arity;
   bool choice; /* bounds can fill in a zs_choice */
   bool chain;  /* `data` is a zs_chain (chain.h), whose links are the choices */
+  /* Inputs, one bit each, of an operation of two that make the result the other one, to the bit,
+   * where they are 0. */
+  unsigned neutral;
   /* Where the inputs matter if the result matters where `result` says; NULL:
    * everywhere. */
   zs_demand (*demand)(const void *data, zs_demand result);

@@ -2,6 +2,7 @@
  * programs that are still needed. */
 #include "field/chain.h"
 #include "field/field.h"
+#include "field/scalar.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -17,7 +18,8 @@ static void *new_list(size_t count, size_t size)
 /* A step of a lane's list: an instruction, and what becomes of it. */
 typedef enum fate {
   REPLACED,                       /* by input 0; by input k: REPLACED + k */
-  KEPT = ZS_MAXIMUM_INPUTS,
+  ZERO = ZS_MAXIMUM_INPUTS,       /* kept as a constant */
+  KEPT,
   BEGUN,   /* a chain that is kept, without what was before it */
   SIMPLER, /* kept as its operation's form for signs */
   FATE_BITS = 3
@@ -81,7 +83,7 @@ static void add_step(zs_shortener *shortener, unsigned lanes, uint32_t index, un
   for (; lanes; lanes &= lanes - 1) {
     const unsigned l = (unsigned)__builtin_ctz(lanes);
     shortener->steps[l][shortener->step_count[l]++] = step;
-    shortener->kept[l] += fate >= KEPT;
+    shortener->kept[l] += fate >= ZERO;
     shortener->hash[l] = mixed(shortener->hash[l], step);
   }
 }
@@ -95,12 +97,11 @@ static void keep_link(zs_shortener *shortener, unsigned lanes, uint32_t ordinal)
   }
 }
 
-/* List the links that the lanes keep of a chain.  `choices` may be NULL. */
+/* List the links that some lanes keep of a chain.  `choices` may be NULL. */
 static void list_links(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
-                       const zs_choice *choices, bool sign)
+                       unsigned needed, const zs_choice *choices, bool sign)
 {
   const zs_chain *chain = instruction->data;
-  const unsigned needed = shortener->needed[index];
   unsigned open = needed, with_links = 0;
   for (uint32_t i = chain->count; open && i-- > 0;) {
     const uint32_t ordinal = instruction->ordinal + i;
@@ -119,24 +120,42 @@ static void list_links(zs_shortener *shortener, const zs_instruction *instructio
     shortener->needed[instruction->in[k]] |= (uint16_t)with_links;
 }
 
-/* Hand an instruction's lanes on to the inputs that stand in for it in some of
- * them.  Returns the lanes in which nothing does. */
-static unsigned replace(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
-                        const zs_choice *choice, bool sign)
+/* Hand some lanes of an instruction on to the input that stands in for it there. */
+static void replace(zs_shortener *shortener, const zs_instruction *instruction, uint32_t index,
+                    unsigned input, unsigned lanes)
 {
-  unsigned needed = shortener->needed[index];
+  add_step(shortener, lanes, index, REPLACED + input);
+  shortener->needed[instruction->in[input]] |= (uint16_t)lanes;
+}
+
+/* The same for the inputs that the operation has chosen.  Returns the lanes without. */
+static unsigned replace_chosen(zs_shortener *shortener, const zs_instruction *instruction,
+                               uint32_t index, unsigned needed, const zs_choice *choice, bool sign)
+{
   for (unsigned k = 0; k < instruction->operation->arity; k++) {
     const unsigned lanes = (choice->copy[k] | (sign ? choice->sign[k] : 0u)) & needed;
-    add_step(shortener, lanes, index, REPLACED + k);
-    shortener->needed[instruction->in[k]] |= (uint16_t)lanes;
+    replace(shortener, instruction, index, k, lanes);
+    needed &= ~lanes;
+  }
+  return needed;
+}
+
+/* The same for the inputs whose fellow is neutral. */
+static unsigned replace_neutral(zs_shortener *shortener, const zs_instruction *instruction,
+                                uint32_t index, unsigned needed, const uint16_t *zeros)
+{
+  for (unsigned k = 0; k < 2; k++) {
+    if (!(instruction->operation->neutral >> k & 1))
+      continue;
+    const unsigned lanes = zeros[instruction->in[k]] & needed;
+    replace(shortener, instruction, index, 1 - k, lanes);
     needed &= ~lanes;
   }
   return needed;
 }
 
 void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructions, uint32_t count,
-                       const zs_choice *choices, const zs_choice *links, unsigned lanes,
-                       zs_request request)
+                       const zs_findings *findings, unsigned lanes, zs_request request)
 {
   uint16_t *needed = shortener->needed;
   const bool sign = request == ZS_REQUEST_SIGN;
@@ -152,16 +171,23 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
       continue;
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
+    if (findings && findings->zeros[i]) {
+      add_step(shortener, kept & findings->zeros[i], i, ZERO);
+      kept &= ~(unsigned)findings->zeros[i];
+    }
     if (operation->chain) {
-      list_links(shortener, instruction, i, links, sign);
+      list_links(shortener, instruction, i, kept, findings ? findings->links : NULL, sign);
       continue;
     }
-    if (choices && operation->choice)
-      kept = replace(shortener, instruction, i, &choices[instruction->ordinal], sign);
+    const zs_choice *choice =
+      findings && operation->choice ? &findings->choices[instruction->ordinal] : NULL;
+    if (choice)
+      kept = replace_chosen(shortener, instruction, i, kept, choice, sign);
+    if (findings && operation->neutral)
+      kept = replace_neutral(shortener, instruction, i, kept, findings->zeros);
     if (!kept)
       continue;
-    const unsigned simpler =
-      choices && sign && operation->for_sign ? kept & choices[instruction->ordinal].simpler : 0;
+    const unsigned simpler = choice && sign && operation->for_sign ? kept & choice->simpler : 0;
     add_step(shortener, kept & ~simpler, i, KEPT);
     add_step(shortener, simpler, i, SIMPLER);
     for (unsigned k = 0; k < operation->arity; k++)
@@ -318,6 +344,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
                                     unsigned lane, zs_request request, bool restricted,
                                     zs_arena *arena)
 {
+  static const double zero = 0;
   const uint32_t *steps = shortener->steps[lane], count = shortener->kept[lane] + ZS_COORDINATES;
   uint32_t *renamed = shortener->renamed, next = ZS_COORDINATES;
   uint32_t links_left = shortener->link_count[lane];
@@ -334,14 +361,17 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     const uint32_t index = step_index(steps[e]);
     const unsigned fate = step_fate(steps[e]);
     const zs_instruction *instruction = &instructions[index];
-    if (fate < KEPT) {
+    if (fate < ZERO) {
       renamed[index] = renamed[instruction->in[fate - REPLACED]];
       continue;
     }
     zs_instruction *copy = &out[next];
     copy->operation = instruction->operation;
     copy->data = instruction->data;
-    if (fate == SIMPLER) {
+    if (fate == ZERO) {
+      copy->operation = &zs_constant;
+      copy->data = &zero;
+    } else if (fate == SIMPLER) {
       copy->operation = instruction->operation->for_sign(instruction->data);
       copy->data = NULL;
     }
@@ -351,7 +381,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     /* Inputs that an operation does not have are named 0, a coordinate. */
 #pragma GCC unroll 4
     for (unsigned k = 0; k < ZS_MAXIMUM_INPUTS; k++)
-      copy->in[k] = renamed[instruction->in[k]];
+      copy->in[k] = fate == ZERO ? 0 : renamed[instruction->in[k]];
     if (operation->chain) {
       const zs_chain *chain =
         chain_data(shortener, instruction, fate == BEGUN, lane, &links_left, arena);

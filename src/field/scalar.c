@@ -158,6 +158,8 @@ static const zs_operation operations[ZS_FUNCTION_COUNT][ZS_FORM_COUNT] = {
   UNARY(UNARY_OPERATION)
   [ZS_FUNCTION_SELECT] = {{.name = "SELECT", .arity = 3, .choice = true,
                            .kernels = kernels[ZS_FUNCTION_SELECT][0], .reference = SELECT_0}},
+  [ZS_FUNCTION_ADD][ZS_FORM_REGISTERS].neutral = 1 << 0 | 1 << 1,
+  [ZS_FUNCTION_SUBTRACT][ZS_FORM_REGISTERS].neutral = 1 << 1,
   [ZS_FUNCTION_NEGATE][0].demand = negate_demand,
   [ZS_FUNCTION_ABSOLUTE][0].demand = absolute_demand,
   [ZS_FUNCTION_ADD][ZS_FORM_CONSTANT_RIGHT].demand = add_demand,
@@ -192,6 +194,12 @@ static double constant_reference(const void *data, const double in[])
 {
   (void)in;
   return *(const double *)data;
+}
+
+zs_lanes_test zs_zero_lanes(zs_isa_kind isa)
+{
+  static const zs_lanes_test *const tests[ZS_ISA_COUNT] = ZS_VARIANTS(zs_zero_lanes, );
+  return *tests[isa];
 }
 
 const zs_operation zs_linear_root = {.name = "linear",

@@ -35,4 +35,9 @@ ZS_DECLARE_KERNELS(zs_linear_root_kernels)
 ZS_DECLARE_KERNELS(zs_linear_registers_kernels)
 ZS_DECLARE_KERNELS(zs_constant_kernels)
 
+/* Lanes, one bit each, in which a value is nothing but 0, and not -0. */
+typedef uint16_t (*zs_lanes_test)(const zs_bounds *f);
+ZS_DECLARE_VARIANTS(zs_lanes_test, zs_zero_lanes)
+zs_lanes_test zs_zero_lanes(zs_isa_kind isa);
+
 #endif

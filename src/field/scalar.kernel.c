@@ -740,3 +740,18 @@ const zs_kernels ZS_KERNELS(zs_linear_registers_kernels) = {
   linear_registers_value, linear_registers_gradient, linear_registers_bounds};
 const zs_kernels ZS_KERNELS(zs_constant_kernels) = {constant_value, constant_gradient,
                                                     constant_bounds};
+
+/* Not -0, by which quotients have another sign. */
+static uint16_t zero_lanes(const zs_bounds *f)
+{
+  unsigned lanes = 0;
+  ZS_FOR_PARTS(l)
+  {
+    const zs_lanes_mask either = (zs_lanes_mask)zs_lanes_load(f->lo + l) |
+                                 (zs_lanes_mask)zs_lanes_load(f->hi + l);
+    lanes |= (unsigned)zs_lanes_bits(either == 0) << l;
+  }
+  return (uint16_t)lanes;
+}
+
+const zs_lanes_test ZS_KERNELS(zs_zero_lanes) = zero_lanes;

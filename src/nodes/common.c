@@ -171,6 +171,8 @@ zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor)
 {
   if (factor == 1)
     return value;
+  if (factor == 0)
+    return zs_emit_constant(compiler, 0);
   return zs_emit(compiler, ZS_FUNCTION_MULTIPLY, value, zs_emit_constant(compiler, factor), 0);
 }
 

@@ -93,7 +93,7 @@ static inline zs_value zs_emit_negated(zs_compiler *compiler, zs_value a)
 zs_value zs_emit_half_space(zs_compiler *compiler, const zs_coordinates *at,
                             const double normal[3], const double point[3]);
 
-/* value * factor, nothing for 1. */
+/* value * factor: the value itself for 1, and 0 for 0, whatever the value. */
 zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor);
 
 /* The smaller of f and the distance to the slab lo <= z <= hi in `at`'s coordinates. */

@@ -177,6 +177,14 @@ static zs_value scaled(const builder *b, zs_value value, double factor)
   return zs_emit_scaled(b->compiler, value, factor);
 }
 
+/* The product of two finite values. */
+static zs_value product(const builder *b, zs_value left, zs_value right)
+{
+  double factor;
+  return zs_value_constant(b->compiler, right, &factor) ? scaled(b, left, factor)
+                                                        : binary(b, ZS_FUNCTION_MULTIPLY, left, right);
+}
+
 /* t (t (3 - 2 t)): at rest at both ends. */
 static zs_value smooth_step(const builder *b, zs_value t)
 {
@@ -188,8 +196,8 @@ static zs_value smooth_step(const builder *b, zs_value t)
 static zs_value bump(const builder *b, zs_value t, bool turned)
 {
   zs_value u = binary(b, ZS_FUNCTION_SUBTRACT, number(b, 1), t);
-  zs_value product = binary(b, ZS_FUNCTION_MULTIPLY, t, u);
-  return binary(b, ZS_FUNCTION_MULTIPLY, product, turned ? t : u);
+  zs_value both = binary(b, ZS_FUNCTION_MULTIPLY, t, u);
+  return binary(b, ZS_FUNCTION_MULTIPLY, both, turned ? t : u);
 }
 
 /* Where a point of level i (0: the lowest) comes from on the level below it, or goes to on
@@ -252,10 +260,9 @@ static zs_value join(const builder *b, size_t i, zs_value t, const zs_coordinate
     zs_emit_operation(b->compiler, &zs_interpolation, NULL, below, above, weight);
   if (!smooth)
     return f;
-  const zs_value from = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, false),
-                               scaled(b, slope_at(b, i, &at[0]), length));
-  const zs_value to = binary(b, ZS_FUNCTION_MULTIPLY, bump(b, t, true),
-                             scaled(b, slope_at(b, i + 1, &at[1]), length));
+  const zs_value from =
+    product(b, bump(b, t, false), scaled(b, slope_at(b, i, &at[0]), length));
+  const zs_value to = product(b, bump(b, t, true), scaled(b, slope_at(b, i + 1, &at[1]), length));
   return binary(b, ZS_FUNCTION_ADD, f, binary(b, ZS_FUNCTION_SUBTRACT, from, to));
 }
 

@@ -205,8 +205,9 @@ static void bounds_are_unknown_where_f_may_be(void **state)
   }
 }
 
-/* A random expression of `size` operations, rich in choices. */
-static zs_field *random_field(uint64_t *seed, unsigned size)
+/* A random expression of `size` operations, rich in choices.  With `zeros` many constants are 0,
+ * and no operation tells 0 from -0. */
+static zs_field *random_field(uint64_t *seed, unsigned size, bool zeros)
 {
   static const zs_function functions[] = {
     ZS_FUNCTION_MINIMUM, ZS_FUNCTION_MAXIMUM, ZS_FUNCTION_MINIMUM, ZS_FUNCTION_MAXIMUM,
@@ -214,6 +215,7 @@ static zs_field *random_field(uint64_t *seed, unsigned size)
     ZS_FUNCTION_NEGATE, ZS_FUNCTION_ABSOLUTE, ZS_FUNCTION_SQUARE_ROOT, ZS_FUNCTION_SINE,
     ZS_FUNCTION_SELECT, ZS_FUNCTION_LESS, ZS_FUNCTION_DIVIDE, ZS_FUNCTION_ATAN2,
   };
+  const unsigned function_count = sizeof functions / sizeof *functions - (zeros ? 2 : 0);
   zs_value xyz[3];
   zs_compiler *c = begin(xyz);
   zs_value values[1000];
@@ -225,8 +227,10 @@ static zs_field *random_field(uint64_t *seed, unsigned size)
       unsigned recent = i < 12 ? i : 12;
       in[k] = random_below(seed, 5) ? values[i - 1 - random_below(seed, recent)]
                                     : zs_emit_constant(c, random_between(seed, -1, 1));
+      if (zeros && !random_below(seed, 8))
+        in[k] = zs_emit_constant(c, 0);
     }
-    zs_function function = functions[random_below(seed, sizeof functions / sizeof *functions)];
+    zs_function function = functions[random_below(seed, function_count)];
     values[i] = zs_emit(c, function, in[0], in[1], in[2]);
   }
   zs_value result = values[size + 2];
@@ -249,8 +253,8 @@ static void regions_equal_the_whole(void **state)
 {
   (void)state;
   uint64_t seed = 7;
-  for (int program = 0; program < 600; program++) {
-    zs_field *field = random_field(&seed, 5 + random_below(&seed, 200));
+  for (int program = 0; program < 1000; program++) {
+    zs_field *field = random_field(&seed, 5 + random_below(&seed, 200), program >= 600);
     zs_eval *whole = evaluator(field), *part = evaluator(field);
     for (int box = 0; box < 12; box++) {
       enum { N = 70 };
@@ -321,6 +325,57 @@ static void regions_get_shorter(void **state)
     assert_int_equal(parts[l]->choice_count, 0);
     if (l)
       assert_int_equal(parts[l] == parts[l - 1], l % 2);
+  }
+  zs_arena_free(&arena);
+  zs_eval_free(eval);
+  zs_field_unref(field);
+}
+
+/* What is nothing but 0 in a box takes what it was made of with it, and sums lose it; elsewhere
+ * it stays. */
+static void zeros_leave_regions(void **state)
+{
+  (void)state;
+  zs_value xyz[3], above;
+  zs_compiler *c = begin(xyz);
+  above = zs_emit(c, ZS_FUNCTION_SUBTRACT, xyz[0], zs_emit_constant(c, 4), 0);
+  above = zs_emit(c, ZS_FUNCTION_MAXIMUM, above, zs_emit_constant(c, 0), 0);
+  above = zs_emit(c, ZS_FUNCTION_SQUARE, above, 0, 0);
+  above = zs_emit(c, ZS_FUNCTION_MULTIPLY, above, zs_emit_constant(c, 3), 0);
+  const zs_value rest = zs_emit(c, ZS_FUNCTION_HYPOT, xyz[1], xyz[2], 0);
+  zs_value result = zs_emit(c, ZS_FUNCTION_SUBTRACT, rest, above, 0);
+  result = zs_emit(c, ZS_FUNCTION_ADD, above, result, 0);
+  /* What needs the 0 as a number has a constant for it. */
+  result = zs_emit(c, ZS_FUNCTION_HYPOT, result, above, 0);
+  zs_field *field = finish(c, result);
+  zs_eval *eval = evaluator(field);
+  const zs_program *whole = zs_field_program(field), *parts[ZS_LANES];
+  zs_frame frame = zs_frame_at(NULL);
+  zs_boxes boxes;
+  zs_bounds f;
+  for (unsigned l = 0; l < ZS_LANES; l++)
+    for (int k = 0; k < 3; k++) {
+      boxes.axis[k].lo[l] = k ? 1 : (float)l / 2; /* up to 4, but for rounding, in lane 7 */
+      boxes.axis[k].hi[l] = boxes.axis[k].lo[l] + 0.5f;
+    }
+  zs_program_bounds(eval, whole, &frame, &boxes, &f);
+  zs_arena arena = {0};
+  zs_program_restrict_lanes(eval, whole, 0xffff, ZS_REQUEST_GRADIENT, &arena, parts);
+  for (unsigned l = 0; l < ZS_LANES; l++) {
+    /* y, z, HYPOT, 0, HYPOT */
+    if (l < 7)
+      assert_int_equal(parts[l]->count, ZS_COORDINATES + 5);
+    else
+      assert_ptr_equal(parts[l], whole);
+    float at[3][ZS_LANES], a[4 * ZS_BLOCK], b[4 * ZS_BLOCK];
+    for (unsigned i = 0; i < ZS_LANES; i++)
+      for (int k = 0; k < 3; k++)
+        at[k][i] = boxes.axis[k].lo[l] + 0.5f * (float)((7 * i + (unsigned)k) % ZS_LANES) / ZS_LANES;
+    zs_program_gradients(eval, whole, &frame, ZS_LANES, at[0], at[1], at[2], a);
+    zs_program_gradients(eval, parts[l], &frame, ZS_LANES, at[0], at[1], at[2], b);
+    for (unsigned row = 0; row < 4; row++)
+      for (unsigned i = 0; i < ZS_LANES; i++)
+        assert_true(a[row * ZS_BLOCK + i] == b[row * ZS_BLOCK + i]);
   }
   zs_arena_free(&arena);
   zs_eval_free(eval);
@@ -444,7 +499,7 @@ static void walk_covers_every_brick_once(void **state)
 {
   (void)state;
   uint64_t seed = 3;
-  zs_field *field = random_field(&seed, 40);
+  zs_field *field = random_field(&seed, 40, false);
   zs_eval *eval = evaluator(field);
   for (int run = 0; run < 3; run++) {
     coverage *c = calloc(1, sizeof *c);
@@ -485,7 +540,7 @@ static void programs_can_outlive_the_walk(void **state)
 {
   (void)state;
   uint64_t seed = 6;
-  zs_field *field = random_field(&seed, 40);
+  zs_field *field = random_field(&seed, 40, false);
   zs_eval *eval = evaluator(field);
   zs_arena arenas[2] = {{0}};
   const zs_program **programs = calloc(BRICKS, sizeof *programs);
@@ -523,7 +578,7 @@ static void walk_can_be_cancelled(void **state)
   (void)state;
   uint64_t seed = 4;
   int calls = 0;
-  zs_field *field = random_field(&seed, 10);
+  zs_field *field = random_field(&seed, 10, false);
   coverage *c = calloc(1, sizeof *c);
   assert_non_null(c);
   zs_control control;
@@ -629,6 +684,7 @@ int main(void)
     cmocka_unit_test(bounds_are_unknown_where_f_may_be),
     cmocka_unit_test(regions_equal_the_whole),
     cmocka_unit_test(regions_get_shorter),
+    cmocka_unit_test(zeros_leave_regions),
     cmocka_unit_test(many_points_equal_single_ones),
     cmocka_unit_test(equal_instructions_are_shared),
     cmocka_unit_test(walk_covers_every_brick_once),
