@@ -1,11 +1,12 @@
 #include "base/arena.h"
 
+#include "base/memory.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 
-enum { ALIGNMENT = 64, FIRST_BLOCK = 4096, LARGE_PAGE = 1 << 21 };
+enum { ALIGNMENT = 64, FIRST_BLOCK = 4096 };
 
 struct zs_arena_block {
   _Alignas(ALIGNMENT) zs_arena_block *older;
@@ -14,31 +15,15 @@ struct zs_arena_block {
   _Alignas(ALIGNMENT) unsigned char data[];
 };
 
-void zs_memory_is_large(void *memory, size_t size)
-{
-#ifdef MADV_HUGEPAGE
-  uintptr_t begin = ((uintptr_t)memory + LARGE_PAGE - 1) & ~(uintptr_t)(LARGE_PAGE - 1);
-  uintptr_t end = ((uintptr_t)memory + size) & ~(uintptr_t)(LARGE_PAGE - 1);
-  if (memory && begin < end)
-    madvise((void *)begin, end - begin, MADV_HUGEPAGE); /* advice: it may be refused */
-#else
-  (void)memory, (void)size;
-#endif
-}
-
 /* A block with room for `wanted` bytes, or NULL. */
 static zs_arena_block *new_block(size_t wanted)
 {
-  size_t size = sizeof(zs_arena_block) + wanted;
-  size_t alignment = size >= LARGE_PAGE ? LARGE_PAGE : ALIGNMENT;
-  size = (size + alignment - 1) / alignment * alignment;
-  if (size < wanted || size > SIZE_MAX / 2)
+  if (wanted > SIZE_MAX / 4)
     return NULL;
-  zs_arena_block *block = aligned_alloc(alignment, size);
-  if (!block)
-    return NULL;
-  zs_memory_is_large(block, size);
-  block->size = size - sizeof *block;
+  const size_t room = zs_memory_room(sizeof(zs_arena_block) + wanted);
+  zs_arena_block *block = zs_memory_new(room, 1);
+  if (block)
+    block->size = room - sizeof *block;
   return block;
 }
 

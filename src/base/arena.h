@@ -33,8 +33,4 @@ void zs_arena_rewind(zs_arena *arena, zs_arena_mark mark);
 
 void zs_arena_free(zs_arena *arena);
 
-/* Say that much of a large piece of memory, new and not yet written, is going to
- * be used: the system may then hand it out in fewer, larger pages. */
-void zs_memory_is_large(void *memory, size_t size);
-
 #endif

@@ -9,6 +9,8 @@ zs_sources += \
   src/base/expression.h \
   src/base/key.c \
   src/base/key.h \
+  src/base/memory.c \
+  src/base/memory.h \
   src/base/names.c \
   src/base/names.h \
   src/base/output.c \

@@ -61,11 +61,7 @@ static void split(const search *s, const double lo[3], const double hi[3], const
     out->count *= 2;
   }
   for (unsigned l = 0; l < ZS_LANES; l++)
-    for (int k = 0; k < 3; k++) {
-      const unsigned i = l % out->count;
-      boxes->axis[k].lo[l] = nextafterf((float)(out->lo[i][k] - middle[k]), -INFINITY);
-      boxes->axis[k].hi[l] = nextafterf((float)(out->hi[i][k] - middle[k]), INFINITY);
-    }
+    zs_boxes_set(boxes, l, out->lo[l % out->count], out->hi[l % out->count], middle);
 }
 
 /* Whether a part may move the side that is being looked for outward. */

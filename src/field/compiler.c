@@ -1,5 +1,6 @@
 #include "field/compiler.h"
 
+#include "base/memory.h"
 #include "field/chain.h"
 #include "field/field.h"
 #include "field/scalar.h"

@@ -3,31 +3,19 @@
 #include "field/scalar.h"
 
 #include "base/diagnostic.h"
+#include "base/memory.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-  ALIGNMENT = 64,
-  AHEAD = 8 /* instructions from prefetching data to using them */
-};
+enum { AHEAD = 8 /* instructions from prefetching data to using them */ };
 
 /* A regional program is worth having when it is this part of its parent. */
 static const double WORTHWHILE = 0.9;
 
 /* Nothing is read of an evaluator's memory that has not been written: pages of it that a
  * job has no use for are never touched. */
-static void *aligned(size_t count, size_t size)
-{
-  if (count > SIZE_MAX / 2 / size)
-    return NULL;
-  size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-  void *memory = aligned_alloc(ALIGNMENT, bytes ? bytes : ALIGNMENT);
-  zs_memory_is_large(memory, bytes);
-  return memory;
-}
-
 zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
 {
   const zs_program *program = field->program;
@@ -39,18 +27,18 @@ zs_eval *zs_eval_new(zs_field *field, zs_diag *diag)
   }
   e->field = zs_field_ref(field);
   e->isa = zs_isa_select();
-  e->storage = aligned(registers, ZS_EVAL_ROWS * ZS_BLOCK * sizeof(float));
-  e->values = aligned(registers, sizeof *e->values);
-  e->gradients = aligned(registers, sizeof *e->gradients);
-  e->bounds = aligned(registers, sizeof *e->bounds);
-  e->choices = aligned(program->choice_count, sizeof *e->choices);
-  e->links = aligned(program->link_count, sizeof *e->links);
-  e->zeros = aligned(count, sizeof *e->zeros);
-  e->regional = aligned(program->regional_count, sizeof *e->regional);
-  e->points = aligned(count, sizeof *e->points);
-  e->block = aligned((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
-  e->kept = aligned(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
-  e->index = aligned(ZS_SCATTER_CHUNK, sizeof *e->index);
+  e->storage = zs_memory_new(registers, ZS_EVAL_ROWS * ZS_BLOCK * sizeof(float));
+  e->values = zs_memory_new(registers, sizeof *e->values);
+  e->gradients = zs_memory_new(registers, sizeof *e->gradients);
+  e->bounds = zs_memory_new(registers, sizeof *e->bounds);
+  e->choices = zs_memory_new(program->choice_count, sizeof *e->choices);
+  e->links = zs_memory_new(program->link_count, sizeof *e->links);
+  e->zeros = zs_memory_new(count, sizeof *e->zeros);
+  e->regional = zs_memory_new(program->regional_count, sizeof *e->regional);
+  e->points = zs_memory_new(count, sizeof *e->points);
+  e->block = zs_memory_new((3 + 1) * (size_t)ZS_EVAL_ROWS * ZS_BLOCK, sizeof *e->block);
+  e->kept = zs_memory_new(ZS_MAXIMUM_KEPT * (size_t)ZS_BLOCK, sizeof *e->kept);
+  e->index = zs_memory_new(ZS_SCATTER_CHUNK, sizeof *e->index);
   if (!e->kept || !e->index || !e->storage || !e->values || !e->gradients || !e->bounds ||
       !e->choices || !e->links || !e->zeros || !e->regional || !e->points || !e->block ||
       !zs_shortener_init(&e->shortener, program->count, program->link_count,
@@ -388,11 +376,8 @@ static void local_boxes(unsigned n, const double (*lo)[3], const double (*hi)[3]
                         const double origin[3], zs_boxes *boxes)
 {
   for (unsigned l = 0; l < ZS_LANES; l++) {
-    unsigned i = l < n ? l : n - 1;
-    for (int k = 0; k < 3; k++) {
-      boxes->axis[k].lo[l] = nextafterf((float)(lo[i][k] - origin[k]), -INFINITY);
-      boxes->axis[k].hi[l] = nextafterf((float)(hi[i][k] - origin[k]), INFINITY);
-    }
+    const unsigned i = l < n ? l : n - 1;
+    zs_boxes_set(boxes, l, lo[i], hi[i], origin);
   }
 }
 

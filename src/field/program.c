@@ -1,5 +1,6 @@
 /* Shortening: from instructions and what is known of their intervals to the
  * programs that are still needed. */
+#include "base/memory.h"
 #include "field/chain.h"
 #include "field/field.h"
 #include "field/scalar.h"
@@ -7,13 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static void *new_list(size_t count, size_t size)
-{
-  void *list = malloc(count * size);
-  zs_memory_is_large(list, count * size);
-  return list;
-}
 
 /* A step of a lane's list: an instruction, and what becomes of it. */
 typedef enum fate {
@@ -47,12 +41,12 @@ bool zs_shortener_init(zs_shortener *shortener, uint32_t instructions, uint32_t 
   *shortener = (zs_shortener){0};
   if (n >> (32 - FATE_BITS))
     return false;
-  shortener->needed = new_list(n, sizeof *shortener->needed);
-  shortener->renamed = new_list(n + 1, sizeof *shortener->renamed);
-  shortener->own = new_list(m, sizeof *shortener->own);
-  shortener->data = new_list(k, sizeof *shortener->data);
-  uint32_t *steps = new_list(n, ZS_LANES * sizeof *steps);
-  uint32_t *lane_links = new_list(m, ZS_LANES * sizeof *lane_links);
+  shortener->needed = zs_memory_new(n, sizeof *shortener->needed);
+  shortener->renamed = zs_memory_new(n + 1, sizeof *shortener->renamed);
+  shortener->own = zs_memory_new(m, sizeof *shortener->own);
+  shortener->data = zs_memory_new(k, sizeof *shortener->data);
+  uint32_t *steps = zs_memory_new(n, ZS_LANES * sizeof *steps);
+  uint32_t *lane_links = zs_memory_new(m, ZS_LANES * sizeof *lane_links);
   for (unsigned l = 0; l < ZS_LANES; l++) {
     shortener->steps[l] = steps ? steps + l * n : NULL;
     shortener->links[l] = lane_links ? lane_links + l * m : NULL;

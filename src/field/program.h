@@ -4,6 +4,8 @@
 
 #include "field/operation.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 typedef struct zs_instruction {
@@ -64,6 +66,18 @@ static inline uint32_t zs_program_choices(const zs_program *program)
 typedef struct zs_boxes {
   zs_bounds axis[3];
 } zs_boxes;
+
+/* Set a lane's box, relative to an origin, by a little more than what rounding moves it and points
+ * in it by. */
+static inline void zs_boxes_set(zs_boxes *boxes, unsigned lane, const double lo[3],
+                                const double hi[3], const double origin[3])
+{
+  for (int k = 0; k < 3; k++) {
+    const double from = lo[k] - origin[k], to = hi[k] - origin[k];
+    boxes->axis[k].lo[lane] = (float)(from - (2 * FLT_EPSILON * fabs(from) + FLT_MIN));
+    boxes->axis[k].hi[lane] = (float)(to + (2 * FLT_EPSILON * fabs(to) + FLT_MIN));
+  }
+}
 
 /* The whole program of a field. */
 const zs_program *zs_field_program(const zs_field *field);

@@ -99,12 +99,12 @@ static void range_boxes(const zs_walk *walk, const range *ranges, unsigned n,
 {
   for (unsigned l = 0; l < ZS_LANES; l++) {
     const range *r = &ranges[l < n ? l : n - 1];
+    double lo[3], hi[3];
     for (int k = 0; k < 3; k++) {
-      double lo = walk->lo[k] + walk->size[k] * r->lo[k] - walk->margin[k] - origin[k];
-      double hi = walk->lo[k] + walk->size[k] * r->hi[k] + walk->margin[k] - origin[k];
-      boxes->axis[k].lo[l] = nextafterf((float)lo, -INFINITY);
-      boxes->axis[k].hi[l] = nextafterf((float)hi, INFINITY);
+      lo[k] = walk->lo[k] + walk->size[k] * r->lo[k] - walk->margin[k];
+      hi[k] = walk->lo[k] + walk->size[k] * r->hi[k] + walk->margin[k];
     }
+    zs_boxes_set(boxes, l, lo, hi, origin);
   }
 }
 

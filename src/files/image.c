@@ -1,6 +1,6 @@
 #include "files/image.h"
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "base/names.h"
 #include "base/output.h"
 
@@ -25,10 +25,9 @@ bool zs_image_allocate(zs_image *image, uint32_t width, uint32_t height, uint32_
   *image = (zs_image){0};
   if (!zs_image_size_check(width, height, diag))
     return false;
-  uint8_t *pixels = calloc((size_t)width * height, channels);
+  uint8_t *pixels = zs_memory_zeroed((size_t)width * height, channels);
   if (!pixels)
     return zs_fail_memory(diag);
-  zs_memory_is_large(pixels, (size_t)width * height * channels);
   *image = (zs_image){width, height, channels, pixels};
   return true;
 }

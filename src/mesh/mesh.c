@@ -1,7 +1,7 @@
 #include "mesh/mesh.h"
 
-#include "base/arena.h"
 #include "base/diagnostic.h"
+#include "base/memory.h"
 
 #include <stdlib.h>
 
@@ -10,6 +10,8 @@
  * says. */
 static void *resized(void *array, size_t count, size_t size)
 {
+  if (!array)
+    return zs_memory_new(count, size);
   if (count > SIZE_MAX / 2 / size)
     return NULL;
   void *new = realloc(array, count ? count * size : 1);

@@ -7,8 +7,8 @@
  * others are looked up in a table of positions. */
 #include "output/polygonize.h"
 
-#include "base/arena.h"
 #include "base/diagnostic.h"
+#include "base/memory.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,7 @@
 /* The preview renderer: rays against the field's bounds, light, and smooth
  * edges where the picture has any. */
 #include "base/diagnostic.h"
+#include "base/memory.h"
 #include "base/threads.h"
 #include "files/image.h"
 #include "output/camera.h"
@@ -325,10 +326,10 @@ static bool prepare(renderer *r, zs_field *field, zs_image *image, zs_diag *diag
 {
   const size_t n = pixel_count(r);
   const bool shaded = r->mode == ZS_RENDER_SHADED;
-  r->hits = malloc(n * sizeof *r->hits);
-  r->open = shaded ? malloc(n * sizeof *r->open) : NULL;
-  r->edges = shaded ? malloc(n) : NULL;
-  r->depth = shaded ? malloc(n * sizeof *r->depth) : NULL;
+  r->hits = zs_memory_new(n, sizeof *r->hits);
+  r->open = shaded ? zs_memory_new(n, sizeof *r->open) : NULL;
+  r->edges = shaded ? zs_memory_new(n, 1) : NULL;
+  r->depth = shaded ? zs_memory_new(n, sizeof *r->depth) : NULL;
   if (!r->hits || (shaded && (!r->open || !r->edges || !r->depth)))
     return zs_fail_memory(diag);
   r->image = image;

@@ -2,6 +2,7 @@
 #include "output/slice.h"
 
 #include "base/diagnostic.h"
+#include "base/memory.h"
 #include "field/program.h"
 #include "files/image.h"
 #include "output/grid.h"
@@ -168,17 +169,13 @@ bool zs_slicer_prepare(zs_slicer *s, zs_quantity quantity, unsigned threads)
 {
   const size_t n = (size_t)s->plane.width * s->plane.height;
   const bool coloured = quantity == ZS_QUANTITY_VALUE;
+  const bool filled = s->plane.count[0] == s->plane.width && s->plane.count[1] == s->plane.height;
   s->evaluations = zs_counters_new(threads);
-  s->values = coloured ? malloc(n * sizeof *s->values) : NULL;
-  s->pixels = coloured ? NULL : calloc(n, 1);
+  s->values = coloured ? zs_memory_new(n, sizeof *s->values) : NULL;
+  s->pixels = coloured ? NULL : filled ? zs_memory_new(n, 1) : zs_memory_zeroed(n, 1);
   if (!s->evaluations || !(coloured ? (void *)s->values : (void *)s->pixels))
     return false;
-  if (!coloured) {
-    zs_memory_is_large(s->pixels, n);
-    return true;
-  }
-  zs_memory_is_large(s->values, n * sizeof *s->values);
-  for (size_t i = 0; i < n; i++)
+  for (size_t i = 0; coloured && i < n; i++)
     s->values[i] = NAN;
   return true;
 }

@@ -131,7 +131,7 @@ static void part_boxes(const zs_tracer *tracer, const zs_tile *tile, const zs_tr
     const double hi[3] = {camera->left + (tile->x + p->hi[0] * ZS_COLUMN) * step,
                           camera->top - (tile->y + p->lo[1] * ZS_COLUMN) * step,
                           zs_leaf_depth(tracer, p->hi[2]) + beyond};
-    zs_trace_set_box(boxes, l, lo, hi);
+    zs_boxes_set(boxes, l, lo, hi, (double[3]){0});
   }
 }
 

@@ -1,6 +1,5 @@
 #include "output/trace_leaf.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -27,6 +26,17 @@ static const float SLOPE_SLACK = 1.5f;
 /* A ray that enters solid deeper than this, in pixels, has met a cut. */
 static const float CUT_DEPTH = 0.25f;
 
+/* Of two numbers, as fminf and fmaxf, which compilers must call. */
+static float smaller(float a, float b)
+{
+  return a < b ? a : b;
+}
+
+static float larger(float a, float b)
+{
+  return a > b ? a : b;
+}
+
 /* ---- Shared with the tree ---------------------------------------------------------------- */
 
 void zs_tile_update(zs_tile *tile, unsigned column)
@@ -38,8 +48,8 @@ void zs_tile_update(zs_tile *tile, unsigned column)
     if (span->near > span->far)
       continue;
     tile->left[column]++;
-    near = fminf(near, span->near);
-    far = fmaxf(far, span->far);
+    near = smaller(near, span->near);
+    far = larger(far, span->far);
   }
   tile->near[column] = near;
   tile->far[column] = far;
@@ -51,14 +61,6 @@ float zs_leaf_depth(const zs_tracer *tracer, uint32_t index)
   if (index == tracer->leaves)
     return (float)camera->far;
   return (float)(camera->near + (camera->far - camera->near) * index / tracer->leaves);
-}
-
-void zs_trace_set_box(zs_boxes *boxes, unsigned lane, const double lo[3], const double hi[3])
-{
-  for (int k = 0; k < 3; k++) {
-    boxes->axis[k].lo[lane] = (float)(lo[k] - 2 * FLT_EPSILON * fabs(lo[k]));
-    boxes->axis[k].hi[lane] = (float)(hi[k] + 2 * FLT_EPSILON * fabs(hi[k]));
-  }
 }
 
 /* ---- Leaves -------------------------------------------------------------------------- */
@@ -120,7 +122,7 @@ static void gather(leaf *l, float a, float b)
     l->to[i] = SAMPLES - 1;
     l->u[i] = (float)u;
     l->v[i] = (float)v;
-    const float lo = fmaxf(a, span->near), hi = fminf(b, span->far);
+    const float lo = larger(a, span->near), hi = smaller(b, span->far);
     for (int s = FIRST; s < LAST; s++)
       l->t[s][i] = lo + (hi - lo) * (float)(s - FIRST) / (LAST - FIRST);
     l->t[0][i] = lo - ZS_LEAF_BEYOND * (b - a);
@@ -155,7 +157,7 @@ static pieces bound_pieces(const leaf *l, float a, float b)
     const uint32_t x = n % across, y = n / across % across, k = n / (across * across);
     const double lo[3] = {left + x * side, top - (y + 1) * side, p.depth[k]};
     const double hi[3] = {left + (x + 1) * side, top - y * side, p.depth[k + 1]};
-    zs_trace_set_box(&boxes, n, lo, hi);
+    zs_boxes_set(&boxes, n, lo, hi, (double[3]){0});
   }
   zs_program_bounds(l->tracer->eval, l->sign, &camera->frame, &boxes, &f);
   for (unsigned n = 0; n < ZS_LANES; n++)

@@ -24,9 +24,6 @@ void zs_tile_update(zs_tile *tile, unsigned column);
 /* Depth of the boundary before a leaf. */
 float zs_leaf_depth(const zs_tracer *tracer, uint32_t index);
 
-/* A box in local coordinates, larger by more than these round to in single precision. */
-void zs_trace_set_box(zs_boxes *boxes, unsigned lane, const double lo[3], const double hi[3]);
-
 /* Trace the rays of a part that is one leaf. */
 void zs_trace_leaf(zs_tracer *tracer, zs_tile *tile, const zs_trace_part *part);
 

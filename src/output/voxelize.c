@@ -1,5 +1,6 @@
 /* The voxelizer: samples at the cell centres of a grid, slab by slab. */
 #include "base/diagnostic.h"
+#include "base/memory.h"
 #include "field/program.h"
 #include "files/volume.h"
 #include "output/grid.h"
@@ -206,9 +207,8 @@ static bool run(job *j, const zs_grid *grid, zs_quantity quantity, zs_diag *diag
             .request = quantity == ZS_QUANTITY_INSIDE ? ZS_REQUEST_SIGN : ZS_REQUEST_VALUE,
             .prune = !j->control || !j->control->brute,
             .brick = {BRICK, BRICK, layers < BRICK ? layers : BRICK},
-            .samples = malloc(layers * layer_bytes),
+            .samples = zs_memory_new(layers, layer_bytes),
             .evaluations = zs_counters_new(j->threads)};
-  zs_memory_is_large(s.samples, layers * layer_bytes);
   bool done = s.samples && s.evaluations ? run_slabs(j, &s, layers, diag) : zs_fail_memory(diag);
   if (s.evaluations)
     j->report.evaluations = zs_counters_sum(s.evaluations, j->threads);

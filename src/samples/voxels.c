@@ -1,5 +1,7 @@
 #include "samples/voxels.h"
 
+#include "base/memory.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,12 +33,11 @@ zs_voxels *zs_voxels_new(const uint32_t samples[3], bool cubic)
     v->size[k] = zs_voxels_room(samples[k], cubic);
     v->top[k] = (float)(samples[k] - 1);
   }
-  v->numbers = malloc(count_of(v->size) * sizeof *v->numbers);
+  v->numbers = zs_memory_new(count_of(v->size), sizeof *v->numbers);
   if (!v->numbers) {
     free(v);
     return NULL;
   }
-  zs_memory_is_large(v->numbers, count_of(v->size) * sizeof *v->numbers);
   return v;
 }
 

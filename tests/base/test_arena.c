@@ -1,5 +1,6 @@
 /* Arenas: alignment, zeroes, no overlap, marks. */
 #include "base/arena.h"
+#include "base/memory.h"
 
 #include "../random.h"
 
@@ -46,6 +47,32 @@ static void test_pieces(void **state)
   assert_true(arena.bytes >= total);
   zs_arena_free(&arena);
   assert_null(arena.block);
+}
+
+/* Memory of all sizes can be had, written and freed; it is aligned, or zeroed though it has been
+ * written before. */
+static void test_memory(void **state)
+{
+  (void)state;
+  static const size_t counts[] = {0, 1, 63, 64, 65, 524287, 524288, 524289, 2097152, 2097153,
+                                  5000001};
+  for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
+    for (int times = 0; times < 2; times++) {
+      const size_t room = zs_memory_room(counts[i]);
+      unsigned char *memory = zs_memory_new(counts[i], 1);
+      assert_non_null(memory);
+      assert_int_equal((uintptr_t)memory % 64, 0);
+      assert_true(room >= counts[i] && room > 0);
+      memset(memory, 1, room);
+      free(memory);
+      memory = zs_memory_zeroed(counts[i], 1);
+      assert_non_null(memory);
+      assert_true(all_are(memory, counts[i], 0));
+      memset(memory, 1, counts[i]);
+      free(memory);
+    }
+  assert_null(zs_memory_new(SIZE_MAX / 8, 64));
+  assert_null(zs_memory_zeroed(SIZE_MAX / 8, 64));
 }
 
 /* Pieces beyond what fits a large page. */
@@ -136,6 +163,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_pieces),
+    cmocka_unit_test(test_memory),
     cmocka_unit_test(test_large_pieces),
     cmocka_unit_test(test_impossible_sizes),
     cmocka_unit_test(test_strings),
