@@ -1,5 +1,7 @@
 #include "rbf/solve.h"
 
+#include "base/memory.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -85,7 +87,7 @@ zs_rbf_result zs_rbf_solve_directly(const zs_rbf_job *job, zs_rbf_solution *solu
   solver s = {.job = job, .solution = solution};
   memset(solution->weights, 0, n * sizeof *solution->weights);
   memset(solution->polynomial, 0, sizeof solution->polynomial);
-  s.matrix = malloc(n * n * sizeof *s.matrix);
+  s.matrix = zs_memory_new(n * n, sizeof *s.matrix);
   s.monomials = zs_rbf_system_monomials(&job->system);
   s.left = malloc(n * sizeof *s.left);
   s.step = malloc(n * sizeof *s.step);

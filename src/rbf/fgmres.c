@@ -1,5 +1,6 @@
 #include "rbf/fgmres.h"
 
+#include "base/memory.h"
 #include "rbf/long_vector.h"
 
 #include <math.h>
@@ -122,8 +123,8 @@ zs_fgmres_result zs_fgmres_solve(const zs_fgmres *fgmres, const double *b, doubl
   zs_fgmres_result result = ZS_FGMRES_MEMORY;
   if (s) {
     s->problem = fgmres;
-    s->basis = malloc((STEPS + 1) * n * sizeof *s->basis);
-    s->steps = malloc(STEPS * n * sizeof *s->steps);
+    s->basis = zs_memory_new((STEPS + 1) * n, sizeof *s->basis);
+    s->steps = zs_memory_new(STEPS * n, sizeof *s->steps);
     if (s->basis && s->steps)
       result = iterate(s, b, norm, x);
     free(s->basis);

@@ -34,6 +34,8 @@ zs_sources += \
   src/rbf/iterative.c \
   src/rbf/kernel.c \
   src/rbf/kernel.h \
+  src/rbf/leaf.c \
+  src/rbf/leaf.h \
   src/rbf/local.c \
   src/rbf/local.h \
   src/rbf/long_vector.h \
