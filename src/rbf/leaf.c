@@ -1,6 +1,5 @@
 #include "rbf/leaf.h"
 
-#include "base/memory.h"
 #include "rbf/local.h"
 #include "rbf/product.h"
 
@@ -369,7 +368,7 @@ void zs_leaf_clear(zs_leaf *l)
 
 zs_leaf_maker *zs_leaf_maker_new(void)
 {
-  return zs_memory_new(1, sizeof(zs_leaf_maker));
+  return malloc(sizeof(zs_leaf_maker));
 }
 
 double zs_leaf_maker_bytes(void)
