@@ -1,5 +1,6 @@
 #include "rbf/leaf.h"
 
+#include "base/memory.h"
 #include "rbf/local.h"
 #include "rbf/product.h"
 
@@ -259,20 +260,15 @@ static void store_row(const making *m, zs_leaf *l, uint32_t point, const double 
   l->count++;
 }
 
-static bool store(const making *m, zs_leaf *l)
+static void store(const making *m, zs_leaf *l)
 {
   const zs_leaf_maker *s = m->s;
-  const size_t count = m->around + m->inner;
-  l->points = malloc(count * sizeof *l->points);
-  l->rows = malloc(count * l->inner * sizeof *l->rows);
-  if (!l->points || !l->rows)
-    return false;
+  l->count = 0;
   for (size_t i = 0; i < m->size; i++)
     if (s->signs[i] != 0)
       store_row(m, l, s->order[i], s->rows + i * m->inner_rows);
   for (size_t k = 0; k < m->rank; k++)
     store_row(m, l, m->special[k], s->eliminated + k * m->inner_rows);
-  return true;
 }
 
 static int by_point(const void *a, const void *b)
@@ -326,11 +322,12 @@ static size_t find_around(const zs_rbf_system *system, const zs_rbf_clusters *cl
   return distinct < wanted ? distinct : wanted;
 }
 
-zs_rbf_result zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf_clusters *clusters,
-                           const zs_rbf_cluster *cluster, zs_leaf_maker *s)
+bool zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf_clusters *clusters,
+                  const zs_rbf_cluster *cluster, zs_leaf_maker *maker)
 {
   const zs_local_kernels *kernels = zs_local_select();
   const unsigned dimension = system->dimension;
+  zs_leaf_maker *s = maker;
   making m = {.system = system, .s = s, .inner = cluster->count};
   m.around = find_around(system, clusters, cluster, s);
   const size_t count = m.around + m.inner;
@@ -344,11 +341,11 @@ zs_rbf_result zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf
   find_lagrange(&m, count);
   order_rows(&m);
   make_panel(&m);
-  *l = (zs_leaf){.first = cluster->first, .inner = cluster->count};
   if (!factorise(&m, kernels))
-    return ZS_RBF_SINGULAR;
+    return false;
   eliminate_special(&m, kernels);
-  return store(&m, l) ? ZS_RBF_DONE : ZS_RBF_MEMORY;
+  store(&m, l);
+  return true;
 }
 
 void zs_leaf_solve(const zs_leaf *l, const double *residual, double *weights)
@@ -360,10 +357,38 @@ void zs_leaf_solve(const zs_leaf *l, const double *residual, double *weights)
   zs_local_select()->apply(l->rows, l->inner, l->count, values, weights + l->first);
 }
 
-void zs_leaf_clear(zs_leaf *l)
+bool zs_leaves_begin(zs_leaves *leaves, const zs_rbf_system *system,
+                     const zs_rbf_cluster *const *clusters, size_t count)
 {
-  free(l->points);
-  free(l->rows);
+  const size_t around = most_around(system);
+  size_t points = 0, rows = 0;
+  for (size_t i = 0; i < count; i++) {
+    points += clusters[i]->count + around;
+    rows += clusters[i]->count * (clusters[i]->count + around);
+  }
+  *leaves = (zs_leaves){.list = calloc(count, sizeof *leaves->list),
+                        .count = count,
+                        .points = zs_memory_new(points, sizeof *leaves->points),
+                        .rows = zs_memory_new(rows, sizeof *leaves->rows)};
+  if (!leaves->list || !leaves->points || !leaves->rows)
+    return false;
+  uint32_t *point = leaves->points;
+  float *row = leaves->rows;
+  for (size_t i = 0; i < count; i++) {
+    const size_t inner = clusters[i]->count;
+    leaves->list[i] =
+      (zs_leaf){.first = clusters[i]->first, .inner = inner, .points = point, .rows = row};
+    point += inner + around;
+    row += inner * (inner + around);
+  }
+  return true;
+}
+
+void zs_leaves_clear(zs_leaves *leaves)
+{
+  free(leaves->list);
+  free(leaves->points);
+  free(leaves->rows);
 }
 
 zs_leaf_maker *zs_leaf_maker_new(void)

@@ -15,16 +15,28 @@ typedef struct zs_leaf {
   float *rows;      /* inner x count, column-major: from residuals to weights */
 } zs_leaf;
 
+/* All leaves of a level, with room for what they hold. */
+typedef struct zs_leaves {
+  zs_leaf *list;
+  size_t count;
+  uint32_t *points;
+  float *rows;
+} zs_leaves;
+
+/* Make room for the leaves that so many clusters of the system's points are going to be.  False
+ * when memory is out; zs_leaves_clear in any case. */
+bool zs_leaves_begin(zs_leaves *leaves, const zs_rbf_system *system,
+                     const zs_rbf_cluster *const *clusters, size_t count);
+void zs_leaves_clear(zs_leaves *leaves);
+
 /* One thread's memory for making leaves, for free(); NULL when memory is out. */
 typedef struct zs_leaf_maker zs_leaf_maker;
 zs_leaf_maker *zs_leaf_maker_new(void);
 double zs_leaf_maker_bytes(void);
 
-/* Make the leaf that a cluster of the system's points is; ZS_RBF_DONE, _SINGULAR or _MEMORY.
- * zs_leaf_clear in any case. */
-zs_rbf_result zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf_clusters *clusters,
-                           const zs_rbf_cluster *cluster, zs_leaf_maker *s);
-void zs_leaf_clear(zs_leaf *l);
+/* Make the leaf that a cluster of the system's points is.  False when its system is singular. */
+bool zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf_clusters *clusters,
+                  const zs_rbf_cluster *cluster, zs_leaf_maker *maker);
 
 /* The weights of the leaf's points, given the residual at all points of the level. */
 void zs_leaf_solve(const zs_leaf *l, const double *residual, double *weights);

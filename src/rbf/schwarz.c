@@ -33,8 +33,7 @@ typedef struct level {
   zs_rbf_system system;
   zs_rbf_clusters *own; /* what the points belong to; NULL on the first level */
   const zs_rbf_clusters *clusters;
-  zs_leaf *leaves;
-  size_t leaf_count;
+  zs_leaves leaves;
   zs_span span;
   uint32_t *next;       /* points of the next level among this one's, in its order */
   zs_fast *down;        /* products with weights here at those points; NULL: of all pairs */
@@ -94,7 +93,8 @@ typedef struct poll {
 } poll;
 
 /* Some leaves, by all threads. */
-static zs_rbf_result make_batch(level *l, const zs_rbf_cluster **list, size_t first, size_t last)
+static zs_rbf_result make_batch(level *l, const zs_rbf_cluster *const *list, size_t first,
+                                size_t last)
 {
   zs_rbf_result worst = ZS_RBF_DONE;
 #pragma omp parallel num_threads(l->system.threads) reduction(max : worst)
@@ -103,8 +103,10 @@ static zs_rbf_result make_batch(level *l, const zs_rbf_cluster **list, size_t fi
 #pragma omp for schedule(dynamic, 1)
     for (size_t i = first; i < last; i++) {
       const zs_rbf_result result =
-        maker ? zs_leaf_make(&l->leaves[i], &l->system, l->clusters, list[i], maker)
-              : ZS_RBF_MEMORY;
+        !maker ? ZS_RBF_MEMORY
+        : zs_leaf_make(&l->leaves.list[i], &l->system, l->clusters, list[i], maker)
+          ? ZS_RBF_DONE
+          : ZS_RBF_SINGULAR;
       worst = result > worst ? result : worst;
     }
     free(maker);
@@ -116,12 +118,11 @@ static zs_rbf_result make_leaves(level *l, poll *p)
 {
   const size_t count = zs_rbf_clusters_cut(l->clusters, ZS_LEAF_POINTS, NULL);
   const zs_rbf_cluster **list = malloc(count * sizeof *list);
-  l->leaves = calloc(count, sizeof *l->leaves);
-  zs_rbf_result result = ZS_RBF_MEMORY;
-  if (list && l->leaves) {
-    l->leaf_count = zs_rbf_clusters_cut(l->clusters, ZS_LEAF_POINTS, list);
-    result = ZS_RBF_DONE;
-  }
+  if (list)
+    zs_rbf_clusters_cut(l->clusters, ZS_LEAF_POINTS, list);
+  zs_rbf_result result = list && zs_leaves_begin(&l->leaves, &l->system, list, count)
+                           ? ZS_RBF_DONE
+                           : ZS_RBF_MEMORY;
   for (size_t i = 0; result == ZS_RBF_DONE && i < count; i += BATCH) {
     const size_t last = i + BATCH < count ? i + BATCH : count;
     result = make_batch(l, list, i, last);
@@ -136,8 +137,8 @@ static zs_rbf_result make_leaves(level *l, poll *p)
 static void solve_leaves(const level *l)
 {
 #pragma omp parallel for schedule(static) num_threads(l->system.threads)
-  for (size_t i = 0; i < l->leaf_count; i++)
-    zs_leaf_solve(&l->leaves[i], l->residual, l->weights);
+  for (size_t i = 0; i < l->leaves.count; i++)
+    zs_leaf_solve(&l->leaves.list[i], l->residual, l->weights);
   zs_rbf_system_project(&l->span, l->weights);
 }
 
@@ -333,9 +334,7 @@ void zs_schwarz_free(zs_schwarz *schwarz)
     return;
   for (unsigned i = 0; i < LEVELS; i++) {
     level *l = &schwarz->level[i];
-    for (size_t j = 0; j < l->leaf_count; j++)
-      zs_leaf_clear(&l->leaves[j]);
-    free(l->leaves);
+    zs_leaves_clear(&l->leaves);
     free(l->next);
     zs_fast_free(l->down);
     free(l->residual);
