@@ -81,8 +81,9 @@ typedef struct zs_control {
   unsigned threads;      /* 0: one per processor; more than 1024 are not used */
   uint64_t memory_limit; /* bytes of working memory; 0: no limit */
   bool brute;            /* evaluate every sample with the whole program */
-  bool scalar;           /* compile nodes to scalar operations alone, from their formulas: slow;
-                            to check the operations made for them */
+  bool scalar;           /* compile nodes to scalar operations alone, from their formulas, whose
+                            programs get shorter by choices alone: slow; to check, and to measure,
+                            what is made of nodes otherwise */
   /* Called now and then from the calling thread; `fraction` is in 0..1.
    * Returning false cancels the job.  May be NULL. */
   bool (*progress)(void *context, const char *stage, double fraction);

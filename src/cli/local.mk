@@ -1,4 +1,5 @@
 zeroset_SOURCES += \
+  src/cli/blas.h \
   src/cli/check.c \
   src/cli/commands.h \
   src/cli/documents.c \

@@ -1,4 +1,5 @@
 /* The program `zeroset`: the public API from the command line. */
+#include "cli/blas.h"
 #include "cli/commands.h"
 #include "cli/progress.h"
 #include "cli/text.h"
@@ -69,24 +70,9 @@ static int run(int argc, char **argv)
   return CLI_DONE;
 }
 
-/* OpenBLAS, where it is the LAPACK at hand, starts a thread for every processor when it is loaded.
- * These wait by yielding for some time, a tenth of a second where threads are virtual, in the way of
- * ours.  Stopped they start again when a matrix is large enough for them. */
-#if defined __GNUC__
-extern int blas_thread_shutdown_(void) __attribute__((weak));
-#endif
-
-static void stop_idle_threads(void)
-{
-#if defined __GNUC__
-  if (blas_thread_shutdown_)
-    blas_thread_shutdown_();
-#endif
-}
-
 int main(int argc, char **argv)
 {
-  stop_idle_threads();
+  cli_blas_stop_threads();
   cli_signals_catch();
   int status = run(argc, argv);
   if (fflush(stdout) == 0 && !ferror(stdout))

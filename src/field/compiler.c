@@ -465,6 +465,7 @@ zs_compiler *zs_compiler_new(const zs_control *control, struct zs_cache *cache, 
     return NULL;
   }
   atomic_init(&field->references, 1);
+  field->plain = control && control->scalar;
   *c = (zs_compiler){.diag = diag, .control = control, .cache = cache, .field = field};
   if (!grow(c)) {
     zs_compiler_free(c);

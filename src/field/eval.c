@@ -241,7 +241,10 @@ static void restrict_lanes(zs_eval *eval, const zs_program *program, unsigned la
   const bool can_shorten = zs_program_choices(program) || with_data;
   if (can_shorten)
     zs_shortener_list(shortener, instructions, program->count,
-                      &(zs_findings){eval->choices, eval->links, eval->zeros}, lanes, request);
+                      &(zs_findings){.choices = eval->choices,
+                                     .links = eval->links,
+                                     .zeros = eval->field->plain ? NULL : eval->zeros},
+                      lanes, request);
   const zs_bounds(*regional)[ZS_MAXIMUM_INPUTS] =
     (const zs_bounds(*)[ZS_MAXIMUM_INPUTS])eval->regional;
   unsigned alike = 0; /* lanes without, whose programs others may share */

@@ -18,6 +18,7 @@ struct zs_field {
   zs_arena arena; /* holds the program and all data without a release */
   const zs_program *program;
   size_t nodes;
+  bool plain; /* choices alone make programs shorter: compiled for scalar operations alone */
   bool has_domain, has_hint;
   double domain_lo[3], domain_hi[3];
   double hint_lo[3], hint_hi[3];
@@ -35,7 +36,7 @@ bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction
 typedef struct zs_findings {
   const zs_choice *choices, *links; /* by ordinal */
   /* By instruction: lanes in which its value is nothing but 0.  There it becomes the constant;
-   * should it be -0 for some points, it loses its sign. */
+   * should it be -0 for some points, it loses its sign.  Or NULL. */
   const uint16_t *zeros;
 } zs_findings;
 

@@ -153,6 +153,7 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
 {
   uint16_t *needed = shortener->needed;
   const bool sign = request == ZS_REQUEST_SIGN;
+  const uint16_t *zeros = findings ? findings->zeros : NULL;
   memset(needed, 0, count * sizeof *needed);
   memset(shortener->step_count, 0, sizeof shortener->step_count);
   memset(shortener->kept, 0, sizeof shortener->kept);
@@ -165,9 +166,9 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
       continue;
     const zs_instruction *instruction = &instructions[i];
     const zs_operation *operation = instruction->operation;
-    if (findings && findings->zeros[i]) {
-      add_step(shortener, kept & findings->zeros[i], i, ZERO);
-      kept &= ~(unsigned)findings->zeros[i];
+    if (zeros && zeros[i]) {
+      add_step(shortener, kept & zeros[i], i, ZERO);
+      kept &= ~(unsigned)zeros[i];
     }
     if (operation->chain) {
       list_links(shortener, instruction, i, kept, findings ? findings->links : NULL, sign);
@@ -177,8 +178,8 @@ void zs_shortener_list(zs_shortener *shortener, const zs_instruction *instructio
       findings && operation->choice ? &findings->choices[instruction->ordinal] : NULL;
     if (choice)
       kept = replace_chosen(shortener, instruction, i, kept, choice, sign);
-    if (findings && operation->neutral)
-      kept = replace_neutral(shortener, instruction, i, kept, findings->zeros);
+    if (zeros && operation->neutral)
+      kept = replace_neutral(shortener, instruction, i, kept, zeros);
     if (!kept)
       continue;
     const unsigned simpler = choice && sign && operation->for_sign ? kept & choice->simpler : 0;

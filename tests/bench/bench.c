@@ -9,6 +9,8 @@
  * input. */
 #include "bench.h"
 
+#include "cli/blas.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -127,6 +129,7 @@ static void print_header(void)
 
 int main(int argc, char **argv)
 {
+  cli_blas_stop_threads();
   bench b = {.words = argc - 1, .word = argv + 1};
   if (b.words && !strcmp(b.word[0], "--smoke")) {
     b.smoke = true;
