@@ -20,10 +20,10 @@ static zs_arena_block *new_block(size_t wanted)
 {
   if (wanted > SIZE_MAX / 4)
     return NULL;
-  const size_t room = zs_memory_room(sizeof(zs_arena_block) + wanted);
-  zs_arena_block *block = zs_memory_new(room, 1);
+  const size_t bytes = sizeof(zs_arena_block) + wanted;
+  zs_arena_block *block = zs_memory_new(bytes, 1);
   if (block)
-    block->size = room - sizeof *block;
+    block->size = zs_memory_room(bytes) - sizeof *block;
   return block;
 }
 

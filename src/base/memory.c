@@ -5,7 +5,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-/* What fills a quarter of a large page gets one. */
+/* What fills half a large page gets one. */
 enum { ALIGNMENT = 64, LARGE_PAGE = 1 << 21, WORTH_A_PAGE = LARGE_PAGE / 2 };
 
 void zs_memory_is_large(void *memory, size_t size)

@@ -1,6 +1,5 @@
 /* Memory in large pages.  A page costs the system as much work when it is first written, whatever
- * its size: in small ones, arrays of some hundred thousand bytes can cost more to get than to
- * fill. */
+ * its size: in small ones, an array of a million bytes can cost more to get than to fill. */
 #ifndef ZS_MEMORY_H
 #define ZS_MEMORY_H
 

@@ -181,8 +181,9 @@ static zs_value scaled(const builder *b, zs_value value, double factor)
 static zs_value product(const builder *b, zs_value left, zs_value right)
 {
   double factor;
-  return zs_value_constant(b->compiler, right, &factor) ? scaled(b, left, factor)
-                                                        : binary(b, ZS_FUNCTION_MULTIPLY, left, right);
+  if (zs_value_constant(b->compiler, right, &factor))
+    return scaled(b, left, factor);
+  return binary(b, ZS_FUNCTION_MULTIPLY, left, right);
 }
 
 /* t (t (3 - 2 t)): at rest at both ends. */

@@ -1,5 +1,7 @@
 #include "rbf/adaptive.h"
 
+#include "rbf/product.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -95,5 +97,7 @@ bool zs_adaptive_is_exact(const zs_rbf_system *system)
 
 double zs_adaptive_bytes(const zs_rbf_system *system)
 {
-  return zs_adaptive_is_exact(system) ? 0 : zs_fast_bytes(system->count, system->dimension);
+  const double fast =
+    zs_adaptive_is_exact(system) ? 0 : zs_fast_bytes(system->count, system->dimension);
+  return fast + zs_rbf_multiply_symmetric_bytes(system->count);
 }

@@ -323,11 +323,10 @@ static size_t find_around(const zs_rbf_system *system, const zs_rbf_clusters *cl
 }
 
 bool zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf_clusters *clusters,
-                  const zs_rbf_cluster *cluster, zs_leaf_maker *maker)
+                  const zs_rbf_cluster *cluster, zs_leaf_maker *s)
 {
   const zs_local_kernels *kernels = zs_local_select();
   const unsigned dimension = system->dimension;
-  zs_leaf_maker *s = maker;
   making m = {.system = system, .s = s, .inner = cluster->count};
   m.around = find_around(system, clusters, cluster, s);
   const size_t count = m.around + m.inner;

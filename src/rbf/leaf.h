@@ -36,7 +36,7 @@ double zs_leaf_maker_bytes(void);
 
 /* Make the leaf that a cluster of the system's points is.  False when its system is singular. */
 bool zs_leaf_make(zs_leaf *l, const zs_rbf_system *system, const zs_rbf_clusters *clusters,
-                  const zs_rbf_cluster *cluster, zs_leaf_maker *maker);
+                  const zs_rbf_cluster *cluster, zs_leaf_maker *s);
 
 /* The weights of the leaf's points, given the residual at all points of the level. */
 void zs_leaf_solve(const zs_leaf *l, const double *residual, double *weights);

@@ -72,13 +72,25 @@ static void multiply_share(const zs_rbf_product *product, size_t share, size_t s
   }
 }
 
+/* Shares of so many points: some pairs of parts each, and no more than there is room for sums. */
+static size_t share_count(size_t points)
+{
+  enum { PAIRS = 4, MOST = 64, ROOM = 1 << 22 };
+  const size_t parts = (points + PART - 1) / PART, room = ROOM / (points + 1);
+  const size_t wanted = parts * (parts + 1) / 2 / PAIRS, most = room < MOST ? room : MOST;
+  return wanted < most ? wanted : most;
+}
+
+double zs_rbf_multiply_symmetric_bytes(size_t points)
+{
+  return (double)share_count(points) * (double)points * sizeof(double);
+}
+
 /* Every share has sums of its own, which are added up in order at the end. */
 void zs_rbf_multiply_symmetric(const zs_rbf_product *product, unsigned threads)
 {
-  enum { PAIRS = 4, MOST = 64 }; /* of parts in a share; shares */
   (void)threads; /* without OpenMP */
-  const size_t n = product->source_count, parts = (n + PART - 1) / PART;
-  const size_t wanted = parts * (parts + 1) / 2 / PAIRS, shares = wanted < MOST ? wanted : MOST;
+  const size_t n = product->source_count, shares = share_count(n);
   double *sums = shares > 1 ? calloc(shares * n, sizeof *sums) : NULL;
   if (!sums) {
     multiply_share(product, 0, 1, product->sums);

@@ -46,4 +46,8 @@ void zs_rbf_multiply(const zs_rbf_product *product, unsigned threads);
  * Sums do not depend on the threads. */
 void zs_rbf_multiply_symmetric(const zs_rbf_product *product, unsigned threads);
 
+/* Bytes that it takes meanwhile for so many points; where memory is out it does without, on the
+ * calling thread. */
+double zs_rbf_multiply_symmetric_bytes(size_t points);
+
 #endif

@@ -54,8 +54,8 @@ static void test_pieces(void **state)
 static void test_memory(void **state)
 {
   (void)state;
-  static const size_t counts[] = {0, 1, 63, 64, 65, 524287, 524288, 524289, 2097152, 2097153,
-                                  5000001};
+  static const size_t counts[] = {0, 1, 63, 64, 65, 524287, 524288, 524289, 1048575, 1048576,
+                                  1048577, 2097152, 2097153, 5000001};
   for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
     for (int times = 0; times < 2; times++) {
       const size_t room = zs_memory_room(counts[i]);
