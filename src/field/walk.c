@@ -3,6 +3,7 @@
 
 #include "base/array.h"
 #include "base/diagnostic.h"
+#include "base/memory.h"
 #include "base/threads.h"
 
 #include <math.h>
@@ -25,9 +26,9 @@ typedef struct range_list {
   size_t count, capacity;
 } range_list;
 
-/* One thread's part of a walk. */
+/* One thread's part of a walk, in cache lines of its own: its arena changes all the time. */
 typedef struct walker {
-  const zs_walk *walk;
+  _Alignas(64) const zs_walk *walk;
   zs_eval *eval;
   zs_arena own;
   zs_arena *arena; /* of programs: `own`, or the caller's */
@@ -262,7 +263,7 @@ static bool run_tasks(walker *walkers, unsigned threads, const range_list *tasks
 bool zs_walk_run(const zs_walk *walk, zs_diag *diag)
 {
   unsigned threads = zs_control_threads(walk->control);
-  walker *walkers = calloc(threads, sizeof *walkers);
+  walker *walkers = zs_memory_zeroed(threads, sizeof *walkers);
   if (!walkers)
     return zs_fail_memory(diag);
   bool ready = true;

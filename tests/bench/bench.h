@@ -68,6 +68,10 @@ typedef struct bench_time {
   bool failed;
 } bench_time;
 
+/* Two threads may share a processor for milliseconds after the second one was woken, until the
+ * system sees that another processor is idle.  That is not a job's time: wait until two run apart. */
+void bench_spread_threads(void);
+
 /* The median of five runs; of three or one when five would take longer than
  * about `budget` seconds. */
 bench_time bench_measure(const bench *b, bench_job *job, void *context, double budget);

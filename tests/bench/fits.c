@@ -59,6 +59,7 @@ static bench_span job_fit(void *context)
   fit_work *w = context;
   const zs_control control = bench_control(0);
   zs_rbf_free(w->rbf);
+  bench_spread_threads();
   const bench_span begun = bench_now();
   w->rbf = zs_rbf_fit(&w->problem, &control, NULL, bench_diag());
   return bench_since_together(begun, w->rbf != NULL);
