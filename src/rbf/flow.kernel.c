@@ -10,6 +10,7 @@
 
 typedef zs_vector zs_real;
 typedef double zs_real_number;
+typedef zs_integers zs_real_mask;
 typedef zs_flow_reach zs_real_reach;
 
 static inline ZS_ALWAYS zs_vector zs_real_chosen(zs_integers mask, zs_vector yes, zs_vector no)
@@ -334,7 +335,7 @@ typedef struct boxes {
   zs_vector lo[2], hi[2]; /* by component */
 } boxes;
 
-/* The tangent at the middle, and what second derivatives can add: of the radial functions
+/* The tangent at the middle, and what second derivatives and more can add: of the radial functions
  * as they are there, of all else the largest for any s.  For boxes whose middle is in one
  * interval. */
 static void enclose(boxes *b, const zs_flow *flow, size_t interval)
@@ -347,6 +348,7 @@ static void enclose(boxes *b, const zs_flow *flow, size_t interval)
     place[l] = place_in(flow, interval, b->at[2][l]);
   const series p = series_at(flow, interval, place, true);
   tangent t[2];
+  curvature h[2] = {{.xx = {0}}, {.xx = {0}}};
   zs_vector beyond[2];
   for (int k = 0; k < 2; k++) {
     const zs_flow_reach *poly = flow->reach + (size_t)k * (n + 3) + n;
@@ -361,15 +363,18 @@ static void enclose(boxes *b, const zs_flow *flow, size_t interval)
     zs_vector slope;
     const zs_vector phi = zs_vector_phi_and_slope(plate, r2, &slope);
     const bend bent = bend_at(&px[i], &py[i], r, r2);
+    const zs_vector zero = {0}, curving = zs_real_chosen(bent.curved, slope, zero);
+    const zs_vector twice = zs_real_chosen(bent.curved, 2 / r2, zero);
     for (int k = 0; k < 2; k++) {
       const weight w = weight_at(&p, k, i);
       add_centre(&t[k], &c, &w, phi, slope);
+      add_curvature(&h[k], &c, &w, curving, twice);
       beyond[k] += bend_of_term(&bent, &flow->reach[(size_t)k * (n + 3) + i]);
     }
   }
   for (int k = 0; k < 2; k++) {
     beyond[k] += zs_real_absolute(t[k].x) * r[0] + zs_real_absolute(t[k].y) * r[1] +
-                 zs_real_absolute(t[k].s) * r[2];
+                 zs_real_absolute(t[k].s) * r[2] + curved_away(&h[k], r);
     /* Between intervals the channels step by what they are off. */
     beyond[k] += 1e-6 * (1 + zs_real_absolute(t[k].f) + beyond[k]);
     b->lo[k] = t[k].f - beyond[k];

@@ -4,6 +4,7 @@
 
 typedef zs_lanes zs_real;
 typedef float zs_real_number;
+typedef zs_lanes_mask zs_real_mask;
 typedef struct zs_real_reach {
   float value, first, second;
 } zs_real_reach;
@@ -171,10 +172,10 @@ ZS_INLINE zs_lanes plane_tangent(const float **table, int count, const boxes *b,
             c[2].reach.second * zs_lanes_absolute(b->at[1]));
 }
 
-/* Add the terms of the next centre to the tangents of both components, and how far from them
- * the terms get. */
+/* Add the terms of the next centre to the tangents and second derivatives of both components,
+ * and how far from them the terms get. */
 ZS_INLINE void add_terms(const float **table, const zs_flow_local *local, const boxes *b,
-                         tangent t[2], zs_lanes beyond[2])
+                         tangent t[2], curvature h[2], zs_lanes beyond[2])
 {
   const channel w[2] = {next_channel(table, local->weights, b->at[2]),
                         next_channel(table, local->weights, b->at[2])};
@@ -183,14 +184,17 @@ ZS_INLINE void add_terms(const float **table, const zs_flow_local *local, const 
   const centre c = {b->at[0] - x.value, x.slope, b->at[1] - y.value, y.slope};
   const zs_lanes r2 = c.x * c.x + c.y * c.y, l = logarithm(r2);
   const bend bent = bend_at(&x.reach, &y.reach, b->r, r2);
+  const zs_lanes zero = zs_lanes_all(0), slope = zs_lanes_select(bent.curved, l + 1, zero);
+  const zs_lanes twice = zs_lanes_select(bent.curved, 2 / r2, zero);
   for (int k = 0; k < 2; k++) {
     const weight own = {w[k].value, w[k].slope};
     add_centre(&t[k], &c, &own, 0.5f * r2 * l, l + 1);
+    add_curvature(&h[k], &c, &own, slope, twice);
     beyond[k] += bend_of_term(&bent, &w[k].reach);
   }
 }
 
-/* Tangents at the middles of boxes, and what second derivatives can add. */
+/* Tangents at the middles of boxes, and what second derivatives and more can add. */
 static void bounds(const zs_bounds_arguments *a)
 {
   const zs_flow_part *flow_part = a->data;
@@ -202,14 +206,15 @@ static void bounds(const zs_bounds_arguments *a)
       zs_lanes_load(a->in[2]->lo + part) <= zs_lanes_load(a->in[2]->hi + part);
     const float *table = local->table;
     tangent t[2];
+    curvature h[2] = {{.xx = zs_lanes_all(0)}, {.xx = zs_lanes_all(0)}};
     zs_lanes beyond[2];
     for (int k = 0; k < 2; k++)
       beyond[k] = plane_tangent(&table, local->weights, &b, &t[k]);
     for (size_t i = 0; i < flow_part->flow->centres; i++)
-      add_terms(&table, local, &b, t, beyond);
+      add_terms(&table, local, &b, t, h, beyond);
     for (int k = 0; k < 2; k++) {
       beyond[k] += zs_lanes_absolute(t[k].x) * b.r[0] + zs_lanes_absolute(t[k].y) * b.r[1] +
-                   zs_lanes_absolute(t[k].s) * b.r[2];
+                   zs_lanes_absolute(t[k].s) * b.r[2] + curved_away(&h[k], b.r);
       beyond[k] += SLACK * (1 + zs_lanes_absolute(t[k].f) + beyond[k]);
       if (out[k])
         zs_intervals_store(out[k], part,

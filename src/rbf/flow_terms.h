@@ -2,6 +2,7 @@
  * and for flow_local.kernel.c in single precision.  These say beforehand what numbers are:
  *
  *   zs_real, zs_real_number     a vector, and one of its elements
+ *   zs_real_mask                what comparisons of vectors give
  *   zs_real_reach               as zs_flow_reach, of such elements
  *   zs_real_larger(a, b)
  *   zs_real_chosen(mask, yes, no)
@@ -40,20 +41,55 @@ ZS_TERMS void add_centre(tangent *t, const centre *c, const weight *w, zs_real p
   t->s += w->slope * phi - steep * (c->x * c->x_slope + c->y * c->y_slope);
 }
 
+/* Second derivatives by x, y and s, without those that are the places' own by s, and those of
+ * weights. */
+typedef struct curvature {
+  zs_real xx, xy, yy, xs, ys, ss;
+} curvature;
+
+/* Second derivatives of r^2 log r are `slope` = 2 log r + 1 along the axes, and `twice` = 2 / r^2 by
+ * the products of coordinates. */
+ZS_TERMS void add_curvature(curvature *h, const centre *c, const weight *w, zs_real slope,
+                            zs_real twice)
+{
+  const zs_real xx = slope + twice * c->x * c->x, xy = twice * c->x * c->y;
+  const zs_real yy = slope + twice * c->y * c->y;
+  const zs_real of_x = xx * c->x_slope + xy * c->y_slope, of_y = xy * c->x_slope + yy * c->y_slope;
+  h->xx += w->value * xx;
+  h->xy += w->value * xy;
+  h->yy += w->value * yy;
+  h->xs += w->slope * slope * c->x - w->value * of_x;
+  h->ys += w->slope * slope * c->y - w->value * of_y;
+  h->ss += w->value * (of_x * c->x_slope + of_y * c->y_slope) -
+           2 * w->slope * slope * (c->x * c->x_slope + c->y * c->y_slope);
+}
+
+/* How far second derivatives lead from a tangent in boxes with half sides `r`. */
+ZS_TERMS zs_real curved_away(const curvature *h, const zs_real r[3])
+{
+  const zs_real_number half = (zs_real_number)0.5;
+  return half * (zs_real_absolute(h->xx) * r[0] * r[0] + zs_real_absolute(h->yy) * r[1] * r[1] +
+                 zs_real_absolute(h->ss) * r[2] * r[2]) +
+         zs_real_absolute(h->xy) * r[0] * r[1] + zs_real_absolute(h->xs) * r[0] * r[2] +
+         zs_real_absolute(h->ys) * r[1] * r[2];
+}
+
 /* What is known of r^2 log r within a distance of a place. */
 typedef struct zone {
   zs_real value, slope; /* the largest |r^2 log r| and |r (2 log r + 1)| */
   zs_real bend;         /* how far from the tangent plane */
+  zs_real turn;         /* how far from what second derivatives at the place lead to */
 } zone;
 
 /* The bend is the integral of second derivatives, at most |2 log r| + 3, along the way, which
- * may pass through 0. */
+ * may pass through 0; the turn is that of third ones, at most 2 sqrt(2) / r. */
 ZS_TERMS zone zone_around(zs_real away, zs_real step)
 {
   static const zs_real_number VALUE_PEAK = (zs_real_number)0.6065306597126334,
                               SLOPE_PEAK = (zs_real_number)0.22313016014842982,
                               OFF = (zs_real_number)0.06 /* of rough logarithms */,
-                              TINY = (zs_real_number)1e-30, HALF = (zs_real_number)0.5;
+                              TINY = (zs_real_number)1e-30, HALF = (zs_real_number)0.5,
+                              THIRD = (zs_real_number)0.47140452079103168 /* sqrt(2) / 3 */;
   const zs_real tiny = (zs_real){0} + TINY;
   const zs_real far = away + step, near = away - step;
   const zs_real l = zs_real_rough_logarithm(zs_real_larger(far, tiny)), above = l + OFF;
@@ -67,13 +103,17 @@ ZS_TERMS zone zone_around(zs_real away, zs_real step)
   z.slope = zs_real_chosen(far < SLOPE_PEAK, far * zs_real_absolute(2 * l + 1),
                            zs_real_larger((zs_real){0} + 2 * SLOPE_PEAK, far * (2 * above + 1)));
   z.bend = step * step * zs_real_chosen(near > 0, most + 3 * HALF, most + 7 * HALF);
+  z.turn = zs_real_chosen(near > 0, step * step * step * THIRD / zs_real_larger(near, tiny),
+                          2 * z.bend);
   return z;
 }
 
 /* How far a centre's term gets from its tangent in boxes, by what its weight and the weight's
- * derivatives by s become. */
+ * derivatives by s become; where that is less, without what second derivatives add up to: those of
+ * many centres all but cancel each other. */
 typedef struct bend {
   zs_real value, first, second;
+  zs_real_mask curved; /* where it is without */
 } bend;
 
 /* In boxes with half sides `r`, whose middles are at the square root of `r2` from the centre, by
@@ -85,8 +125,9 @@ ZS_TERMS bend bend_at(const zs_real_reach *x, const zs_real_reach *y, const zs_r
   const zs_real step = zs_real_root(step_x * step_x + step_y * step_y);
   const zs_real half = r[2] * r[2] / 2;
   const zone z = zone_around(zs_real_root(r2), step);
-  return (bend){z.bend + z.slope * half * (x->second + y->second), r[2] * z.slope * step,
-                half * z.value};
+  const zs_real_mask curved = z.turn < z.bend;
+  return (bend){zs_real_chosen(curved, z.turn, z.bend) + z.slope * half * (x->second + y->second),
+                r[2] * zs_real_chosen(curved, z.bend, z.slope * step), half * z.value, curved};
 }
 
 ZS_TERMS zs_real bend_of_term(const bend *b, const zs_real_reach *weight)
