@@ -299,18 +299,18 @@ static bool judge_places(const pieces *p, zs_rbf_constraints *witnesses,
                          const zs_control *control)
 {
   level l;
-  bool memory = begin(&l, p);
+  bool memory = begin(&l, p), last = false;
   (void)control; /* without OpenMP */
-  while (memory && l.count) {
+  while (memory && l.count && !last) {
 #pragma omp parallel for schedule(dynamic, 64) num_threads(zs_control_threads(control))
     for (size_t i = 0; i < l.count; i++)
       judge(p, l.side, &l.places[i]);
     size_t coarse = 0;
     for (size_t i = 0; i < l.count; i++)
       coarse += l.places[i].coarse;
-    const bool last = witnesses->count + (coarse << p->dimension) > MOST;
+    last = witnesses->count + (coarse << p->dimension) > MOST;
     memory = append(witnesses, &l, p->dimension, last) &&
-             divide(&l, last ? 0 : coarse, p->dimension);
+             (last || divide(&l, coarse, p->dimension));
   }
   free(l.places);
   return memory;

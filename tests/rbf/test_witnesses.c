@@ -212,6 +212,23 @@ static void objections_are_what_the_fit_gets_wrong(void **state)
   zs_rbf_free(rbf);
 }
 
+/* Many samples have as many witnesses as there may be, and no more. */
+static void there_are_not_too_many(void **state)
+{
+  (void)state;
+  static const double middle[3] = {0, 0, 0};
+  zs_rbf_samples list = {0};
+  add_sphere(&list, middle, 1, 30000, false);
+  zs_rbf_constraints w = witnesses_of(&list, 3);
+  assert_true(w.count > 8000 && w.count < 65536);
+  for (size_t i = 0; i < w.count; i++) {
+    const double *p = w.positions + 3 * i, far = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    assert_true(fabs(1 - far - w.values[i]) < 0.02);
+  }
+  zs_rbf_constraints_clear(&w);
+  zs_rbf_samples_clear(&list);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -220,6 +237,7 @@ int main(void)
     cmocka_unit_test(sides_in_the_plane),
     cmocka_unit_test(open_or_bare_surfaces_have_none),
     cmocka_unit_test(curves_have_none),
+    cmocka_unit_test(there_are_not_too_many),
     cmocka_unit_test(objections_are_what_the_fit_gets_wrong),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
