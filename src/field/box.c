@@ -14,7 +14,8 @@ enum {
   SHELL_BUDGET = 2000, /* evaluations of bounds on one shell: longer proofs fail */
   SHELL_BOXES = 56,
   TIGHTEN_DEPTH = 18,  /* how often parts are halved when fitting the box, across all axes */
-  TIGHTEN_PASSES = 3
+  LEAST_PASSES = 3,    /* of tightening; ... */
+  MOST_PASSES = 12     /* ... more while they help: far from the origin the first box is large */
 };
 
 typedef struct search {
@@ -294,11 +295,21 @@ static double find_cube(search *s)
   return ldexp(1, proven);
 }
 
+/* Whether some side of a box has become much shorter. */
+static bool shrank(const search *s, const double lo[3], const double hi[3])
+{
+  for (unsigned k = 0; k < 3; k++)
+    if (is_searched(s, k) && s->found_hi[k] - s->found_lo[k] < 0.75 * (hi[k] - lo[k]))
+      return true;
+  return false;
+}
+
 /* Shrink a box to what parts of it cannot prove empty, one side after the other.  False when
  * all of it is empty. */
 static bool tighten(search *s, double lo[3], double hi[3])
 {
-  for (int pass = 0; pass < TIGHTEN_PASSES; pass++) {
+  bool helps = true;
+  for (int pass = 0; pass < LEAST_PASSES || (helps && pass < MOST_PASSES); pass++) {
     memcpy(s->left_lo, lo, sizeof s->left_lo);
     memcpy(s->left_hi, hi, sizeof s->left_hi);
     for (int k = 0; k < 3; k++) {
@@ -318,6 +329,7 @@ static bool tighten(search *s, double lo[3], double hi[3])
       else
         s->left_lo[s->axis] = s->found_lo[s->axis];
     }
+    helps = shrank(s, lo, hi);
     memcpy(lo, s->found_lo, sizeof s->found_lo);
     memcpy(hi, s->found_hi, sizeof s->found_hi);
   }

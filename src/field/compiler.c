@@ -495,6 +495,7 @@ static const zs_program *finish_program(zs_compiler *c, zs_value result)
   if (zs_chains_form(c->instructions, result, &c->field->arena, &links) &&
       zs_shortener_init(&shortener, result + 1, links, 0)) {
     zs_find_demands(c->instructions, result + 1);
+    zs_find_signed_zeros(c->instructions, result + 1);
     zs_shortener_list(&shortener, c->instructions, result + 1, NULL, 1, ZS_REQUEST_GRADIENT);
     program = zs_shortener_emit(&shortener, c->instructions, 0, ZS_REQUEST_GRADIENT, false,
                                 &c->field->arena);

@@ -214,9 +214,11 @@ void zs_program_bounds(zs_eval *eval, const zs_program *program, const zs_frame 
     for (unsigned k = 0; k < arguments.siblings; k++)
       take_sibling(eval, program, i + 1 + k, result, &arguments, k);
     operation->kernels[eval->isa]->bounds(&arguments);
-    eval->zeros[i] = zero_lanes(arguments.out);
-    for (unsigned k = 0; k < arguments.siblings; k++)
-      eval->zeros[++i] = zero_lanes(arguments.sibling[k].out);
+    eval->zeros[i] = instruction->signed_zero ? 0 : zero_lanes(arguments.out);
+    for (unsigned k = 0; k < arguments.siblings; k++) {
+      const bool signed_zero = program->instructions[++i].signed_zero;
+      eval->zeros[i] = signed_zero ? 0 : zero_lanes(arguments.sibling[k].out);
+    }
   }
 }
 

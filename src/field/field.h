@@ -85,6 +85,10 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
  * its sign.  Where fewer users are left in regional programs, it still matters no further. */
 void zs_find_demands(zs_instruction *instructions, uint32_t count);
 
+/* Find for every instruction whether the sign of its 0 can change the last one's result, but for
+ * the sign of a 0. */
+void zs_find_signed_zeros(zs_instruction *instructions, uint32_t count);
+
 enum {
   ZS_EVAL_ROWS = 4,    /* of a register: value and three derivatives */
   ZS_MAXIMUM_KEPT = 64 /* values kept over the layers of a lattice */

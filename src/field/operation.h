@@ -121,6 +121,10 @@ typedef struct zs_operation {
   /* Inputs, one bit each, of an operation of two that make the result the other one, to the bit,
    * where they are 0. */
   unsigned neutral;
+  /* Inputs, one bit each, that make results differ by more than the sign of 0 when their own 0
+   * changes its sign. */
+  unsigned signed_zeros;
+  bool even; /* the result is the same to the bit whatever the sign of a 0 */
   /* Where the inputs matter if the result matters where `result` says; NULL:
    * everywhere. */
   zs_demand (*demand)(const void *data, zs_demand result);

@@ -335,6 +335,20 @@ void zs_find_demands(zs_instruction *instructions, uint32_t count)
   }
 }
 
+void zs_find_signed_zeros(zs_instruction *instructions, uint32_t count)
+{
+  for (uint32_t i = 0; i < count; i++)
+    instructions[i].signed_zero = false;
+  for (uint32_t i = count; i-- > ZS_COORDINATES;) {
+    const zs_instruction *instruction = &instructions[i];
+    const zs_operation *operation = instruction->operation;
+    const bool passes = instruction->signed_zero && !operation->even;
+    for (unsigned k = 0; k < operation->arity; k++)
+      if (passes || operation->signed_zeros >> k & 1)
+        instructions[instruction->in[k]].signed_zero = true;
+  }
+}
+
 const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instruction *instructions,
                                     unsigned lane, zs_request request, bool restricted,
                                     zs_arena *arena)
@@ -372,6 +386,7 @@ const zs_program *zs_shortener_emit(zs_shortener *shortener, const zs_instructio
     }
     const zs_operation *operation = copy->operation;
     copy->demand = instruction->demand;
+    copy->signed_zero = instruction->signed_zero;
     copy->ordinal = 0;
     /* Inputs that an operation does not have are named 0, a coordinate. */
 #pragma GCC unroll 4

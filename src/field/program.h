@@ -16,6 +16,7 @@ typedef struct zs_instruction {
    * of its first link among those of all chains. */
   uint32_t ordinal;
   zs_demand demand; /* where the result matters */
+  bool signed_zero; /* whether the sign of a result of 0 does, as that of divisors */
 } zs_instruction;
 
 /* The first three instructions of every program stand for the coordinates: the

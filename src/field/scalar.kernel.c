@@ -230,10 +230,16 @@ static zs_interval power(zs_interval a, zs_interval b)
                            ELEMENTARY);
 }
 
+static bool is_finite(zs_interval a)
+{
+  return fabsf(a.lo) < INFINITY && fabsf(a.hi) < INFINITY; /* no for NaN */
+}
+
+/* By an infinite divisor there is no remainder, nor of infinity. */
 static zs_interval modulo_bounds(zs_interval a, zs_interval b)
 {
   zs_interval q = zs_interval_divide(a, b);
-  if (!zs_interval_known(q))
+  if (!is_finite(q) || !is_finite(b))
     return zs_interval_unknown();
   float below = floorf(q.lo), above = floorf(q.hi);
   if (below == above)
@@ -467,8 +473,10 @@ static zs_intervals periodic_range(zs_intervals a, zs_intervals e, float peak)
 {
   const zs_lanes one = zs_lanes_all(1), farthest = zs_lanes_all(1e5f);
   const zs_lanes size = zs_lanes_absolute(a.lo) + zs_lanes_absolute(a.hi);
-  /* Far out single precision no longer tells where in the period it is. */
-  const zs_lanes_mask known = zs_intervals_known(a), near = known & (size <= farthest);
+  /* Far out single precision no longer tells where in the period it is; of infinity there is no
+   * sine. */
+  const zs_lanes_mask known = zs_intervals_known(a) & (size < zs_lanes_all(INFINITY));
+  const zs_lanes_mask near = known & (size <= farthest);
   const zs_intervals b = {zs_lanes_select(near, a.lo, -one), zs_lanes_select(near, a.hi, one)};
   const zs_lanes slack = zs_lanes_all(3e-7f) * (zs_lanes_select(near, size, one) + zs_lanes_all(8));
   const zs_lanes lo = zs_lanes_select(meets_peak(b, slack, peak + PI) | ~near, -one,

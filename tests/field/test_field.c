@@ -382,6 +382,33 @@ static void zeros_leave_regions(void **state)
   zs_field_unref(field);
 }
 
+/* Where a 0 decides by its sign, as a divisor does, it stays what it is. */
+static void zeros_keep_their_signs(void **state)
+{
+  (void)state;
+  for (int i = 0; i < 3; i++) {
+    zs_value xyz[3];
+    zs_compiler *c = begin(xyz);
+    const zs_value zero = zs_emit_constant(c, 0), one = zs_emit_constant(c, 1);
+    zs_value product = zs_emit(c, ZS_FUNCTION_MAXIMUM, xyz[1], zero, 0);
+    product = zs_emit(c, ZS_FUNCTION_MULTIPLY, xyz[2], product, 0); /* -0 */
+    const zs_value result = i == 0   ? zs_emit(c, ZS_FUNCTION_DIVIDE, one, product, 0)
+                            : i == 1 ? zs_emit(c, ZS_FUNCTION_DIVIDE, xyz[0], product, 0)
+                                     : zs_emit(c, ZS_FUNCTION_ATAN2, product, xyz[0], 0);
+    zs_field *field = finish(c, result);
+    zs_eval *eval = evaluator(field);
+    const double lo[3] = {-2, -1, -1}, hi[3] = {-1, -0.5, -0.5};
+    const float x = -1.5f, y = -0.7f, z = -0.6f;
+    float whole, part;
+    zs_eval_values(eval, NULL, 1, &x, &y, &z, &whole);
+    assert_true(zs_eval_restrict(eval, lo, hi, ZS_REQUEST_VALUE));
+    zs_eval_values(eval, NULL, 1, &x, &y, &z, &part);
+    assert_true(part == whole);
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
 /* Many balls, joined in different ways; one of them may be no number but inside. */
 static zs_field *many_balls(uint64_t *seed, unsigned count, bool numbers)
 {
@@ -629,6 +656,22 @@ static void boxes_hold_the_solid_tightly(void **state)
   }
 }
 
+static void boxes_far_away_are_as_tight(void **state)
+{
+  (void)state;
+  for (double far = 1e3; far <= 1e7; far *= 10) {
+    const double centre[3] = {far, -far, 0};
+    double lo[3], hi[3];
+    zs_field *field = ball(centre, 1);
+    assert_true(zs_field_box(field, lo, hi, NULL));
+    for (int k = 0; k < 3; k++) {
+      assert_true(lo[k] <= centre[k] - 1 && lo[k] >= centre[k] - 1.25);
+      assert_true(hi[k] >= centre[k] + 1 && hi[k] <= centre[k] + 1.25);
+    }
+    zs_field_unref(field);
+  }
+}
+
 static void unbounded_and_empty_are_told_apart(void **state)
 {
   (void)state;
@@ -685,6 +728,7 @@ int main(void)
     cmocka_unit_test(regions_equal_the_whole),
     cmocka_unit_test(regions_get_shorter),
     cmocka_unit_test(zeros_leave_regions),
+    cmocka_unit_test(zeros_keep_their_signs),
     cmocka_unit_test(many_points_equal_single_ones),
     cmocka_unit_test(equal_instructions_are_shared),
     cmocka_unit_test(walk_covers_every_brick_once),
@@ -692,6 +736,7 @@ int main(void)
     cmocka_unit_test(walk_can_be_cancelled),
     cmocka_unit_test(memory_is_allowed_up_to_the_limit),
     cmocka_unit_test(boxes_hold_the_solid_tightly),
+    cmocka_unit_test(boxes_far_away_are_as_tight),
     cmocka_unit_test(unbounded_and_empty_are_told_apart),
     cmocka_unit_test(far_from_the_origin_nothing_is_lost),
   };
