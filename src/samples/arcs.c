@@ -136,10 +136,14 @@ void zs_arc_reverse(zs_arc_ring *r)
     r->edges[i] = r->edges[j];
     r->edges[j] = e;
   }
-  /* The bulge belongs to the edge that follows a corner: now that of the corner after. */
-  const double first = r->edges[0].bulge;
-  for (size_t i = 0; i < r->count; i++)
-    r->edges[i].bulge = -(i + 1 < r->count ? r->edges[i + 1].bulge : first);
+  /* An edge follows its corner: now that of the corner after. */
+  const zs_arc_edge first = r->edges[0];
+  for (size_t i = 0; i < r->count; i++) {
+    const zs_arc_edge after = i + 1 < r->count ? r->edges[i + 1] : first;
+    r->edges[i].bulge = -after.bulge;
+    r->edges[i].pieces = after.pieces;
+    r->edges[i].whole = after.whole;
+  }
 }
 
 /* ---- Crossings -------------------------------------------------------------------------- */

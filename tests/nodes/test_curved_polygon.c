@@ -277,6 +277,17 @@ static void test_known(void **unused)
     const double x = 0.07 * i - 0.3, y = 0.11 * (i % 9);
     assert_true(fabs(value_in(a, x, y, 0) - value_in(b, x, y, 0)) < 1e-9);
   }
+  /* With an arc of more than half a circle, too. */
+  static const char *const ways[] = {
+    "<curved-polygon><line to='0 0'/><line to='0 4'/><arc to='4 4' bulge='-2'/><line to='4 0'/>"
+    "</curved-polygon>",
+    "<curved-polygon><line to='4 0'/><line to='4 4'/><arc to='0 4' bulge='2'/><line to='0 0'/>"
+    "</curved-polygon>"};
+  for (int i = 0; i < 2; i++) {
+    assert_true(value_in(ways[i], 2, 2, 0) > 0 && value_in(ways[i], 2, 7.9, 0) > 0);
+    assert_true(value_in(ways[i], 0.1, 0.1, 0) > 0 && value_in(ways[i], 4.4, 5, 0) > 0);
+    assert_true(value_in(ways[i], -0.1, 2, 0) < 0 && value_in(ways[i], 2, 8.1, 0) < 0);
+  }
 }
 
 static void test_mistakes(void **unused)
