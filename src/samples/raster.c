@@ -127,7 +127,7 @@ static double overshoot_of(const zs_raster *r)
     const double b = (double)r->heights[k + 1] - (double)r->heights[k];
     stretch = fmax(stretch, fmax(a / b, b / a));
   }
-  return 2 * SLOPE_OVERSHOOT * stretch;
+  return 2 * SLOPE_OVERSHOOT * fmin(stretch, ZS_RASTER_STEEPEST);
 }
 
 bool zs_raster_finish(zs_raster *r)
@@ -297,27 +297,23 @@ int zs_raster_layers(const zs_raster *r, double z, zs_raster_weights *w)
     const double from = t * s * s, to = -s * t * t;
     const double from_slope = s * (s - 2 * t) / gap, to_slope = t * (t - 2 * s) / gap;
     /* The secants before, in and behind the gap make up the slopes. */
-    double before = 0, after = 0, q;
+    double begin = 1, end = 1, q;
     if (below > 0) {
-      const double g = (double)h[below] - (double)h[below - 1];
-      before = gap / (g + gap);
-      q = gap / g * before;
+      zs_raster_slope(gap, (double)h[below] - (double)h[below - 1], &begin, &q);
       v[0] = -q * from;
       v[1] += q * from;
       d[0] = -q * from_slope;
       d[1] += q * from_slope;
     }
     if (above < last) {
-      const double g = (double)h[above + 1] - (double)h[above];
-      after = gap / (g + gap);
-      q = gap / g * after;
+      zs_raster_slope(gap, (double)h[above + 1] - (double)h[above], &end, &q);
       v[3] = q * to;
       v[2] -= q * to;
       d[3] = q * to_slope;
       d[2] -= q * to_slope;
     }
-    const double secant = (1 - before) * from + (1 - after) * to;
-    const double secant_slope = (1 - before) * from_slope + (1 - after) * to_slope;
+    const double secant = begin * from + end * to;
+    const double secant_slope = begin * from_slope + end * to_slope;
     v[1] -= secant;
     v[2] += secant;
     d[1] -= secant_slope;

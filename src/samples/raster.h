@@ -3,9 +3,11 @@
  *
  * In a layer samples lie at whole x and y and are joined by the cubics of Catmull and
  * Rom; layers lie at any heights and are joined by cubics whose slopes at a layer are
- * those of the parabola through it and its neighbours.  f passes through every sample,
- * and its derivatives are continuous.  Beyond the outermost samples in x and y f falls by
- * the distance from there; above and below the layers it stays what it is on the last.
+ * those of the parabola through it and its neighbours.  Where one of these is much nearer
+ * than the other, the secant to it counts for less: carried far, it would lead astray.  f
+ * passes through every sample, and its derivatives are continuous.  Beyond the outermost
+ * samples in x and y f falls by the distance from there; above and below the layers it
+ * stays what it is on the last.
  *
  * Evaluating takes the same time everywhere, so that there is nothing to gain from a
  * region of its own. */
@@ -14,7 +16,10 @@
 
 #include "field/operation.h"
 
-enum { ZS_RASTER_LEVELS = 24 };
+enum {
+  ZS_RASTER_LEVELS = 24,
+  ZS_RASTER_STEEPEST = 3 /* secant of a gap that counts fully, by that of its neighbour's length */
+};
 
 /* The least and the greatest sample of each block of 4 x 4 x 1 samples, or with level l
  * 2^l times as many each way. */
@@ -68,6 +73,17 @@ extern const zs_operation zs_raster_operation;
 /* An enclosure of f over a box of finite numbers. */
 void zs_raster_bounds(const zs_raster *raster, const double lo[3], const double hi[3],
                       float result[2]);
+
+/* What the slope at a layer is, times the size of the gap at hand on one side of it: by the
+ * difference across that gap, and by the one across the gap beyond the layer. */
+static inline void zs_raster_slope(double gap, double beyond, double *by_gap, double *by_beyond)
+{
+  const double shorter = gap < beyond ? gap : beyond, longer = gap < beyond ? beyond : gap;
+  const double parabola = longer / (gap + beyond), most = ZS_RASTER_STEEPEST * shorter / longer;
+  const double part = parabola < most ? parabola : most; /* of the shorter one's secant */
+  *by_gap = gap < beyond ? part : 1 - part;
+  *by_beyond = (gap < beyond ? 1 - part : part) * gap / beyond;
+}
 
 ZS_DECLARE_KERNELS(zs_raster_kernels)
 

@@ -83,16 +83,17 @@ static gap gap_at(const zs_raster *r, float z)
   gap g = {.from = h[low], .to = h[high], .inverse = 1 / size, .first = (int)low - 1, .begin = 1,
            .end = 3, .below = {0, -1, 1, 0}, .above = {0, -1, 1, 0}, .varies = true,
            .linear = r->linear};
+  double by_gap, by_beyond;
   if (low > 0 && !r->linear) {
-    const float before = h[low] - h[low - 1], part = size / (before + size);
-    const float steep = size / before * part;
-    g.below = (four){-steep, steep - (1 - part), 1 - part, 0};
+    zs_raster_slope((double)size, (double)h[low] - (double)h[low - 1], &by_gap, &by_beyond);
+    const float own = (float)by_gap, other = (float)by_beyond;
+    g.below = (four){-other, other - own, own, 0};
     g.begin = 0;
   }
   if (high < last && !r->linear) {
-    const float after = h[high + 1] - h[high], part = size / (after + size);
-    const float steep = size / after * part;
-    g.above = (four){0, part - 1, 1 - part - steep, steep};
+    zs_raster_slope((double)size, (double)h[high + 1] - (double)h[high], &by_gap, &by_beyond);
+    const float own = (float)by_gap, other = (float)by_beyond;
+    g.above = (four){0, -own, own - other, other};
     g.end = 4;
   }
   return g;

@@ -48,6 +48,37 @@ static double length_of(const zs_joiner *j, size_t gap)
   return j->slices->slices[gap + 1].height - j->slices->slices[gap].height;
 }
 
+/* Gaps beside one count as no more than so many times as long or as short; the one itself is at
+ * least so many pixels long. */
+static const double UNEVEN = 3, LEAST_GAP = 0.25;
+
+static double own_length_of(const zs_joiner *j, size_t gap)
+{
+  return fmax(length_of(j, gap), LEAST_GAP);
+}
+
+/* How much longer than it is a gap beside another one counts as. */
+static double stretch_of(const zs_joiner *j, size_t gap, size_t beside)
+{
+  const double own = own_length_of(j, gap), length = length_of(j, beside);
+  return fmin(fmax(length, own / UNEVEN), own * UNEVEN) / length;
+}
+
+/* A height, in or beside a gap, as its sums have it: what slices that are near on one side say of
+ * slopes is not carried far to the other. */
+static double height_in(const zs_joiner *j, size_t gap, double height)
+{
+  const zs_slices *s = j->slices;
+  const double from = s->slices[gap].height, to = s->slices[gap + 1].height;
+  const double own = own_length_of(j, gap);
+  if (height < from)
+    return from + (gap > 0 ? stretch_of(j, gap, gap - 1) : 1) * (height - from);
+  if (height > to)
+    return from + own +
+           (gap + 2 < s->count ? stretch_of(j, gap, gap + 1) : 1) * (height - to);
+  return from + own * (height - from) / (to - from);
+}
+
 static int scales_of(const zs_joiner *j, size_t gap)
 {
   return length_of(j, gap) >= WIDE ? SCALE_COUNT : 1;
@@ -72,7 +103,7 @@ static bool append(list *l, double x, double y, double z, double value)
 }
 
 /* What is above and below an empty slice ends before it. */
-static bool append_empty(list *l, const zs_joiner *j, size_t i)
+static bool append_empty(list *l, const zs_joiner *j, size_t i, double height)
 {
   const zs_slices *s = j->slices;
   const double value = (double)j->fields[i][0] / 2;
@@ -82,7 +113,7 @@ static bool append_empty(list *l, const zs_joiner *j, size_t i)
       const bool below = i > 0 && zs_slice_inside(&s->slices[i - 1], pixel);
       const bool above = i + 1 < s->count && zs_slice_inside(&s->slices[i + 1], pixel);
       if ((below || above) &&
-          !append(l, (double)x, (double)y, s->slices[i].height, value))
+          !append(l, (double)x, (double)y, height, value))
         return false;
     }
   return true;
@@ -94,11 +125,12 @@ static bool gather(list *l, const zs_joiner *j, size_t gap)
   const zs_slices *s = j->slices;
   for (size_t i = gap > 0 ? gap - 1 : 0; i < s->count && i <= gap + 2; i++) {
     const zs_stack_slice *slice = &s->slices[i];
-    if (!slice->distance && !append_empty(l, j, i))
+    const double height = height_in(j, gap, slice->height);
+    if (!slice->distance && !append_empty(l, j, i, height))
       return false;
     for (size_t k = 0; k < slice->count; k++) {
       const zs_slice_point *p = &slice->points[k];
-      if (!append(l, (double)p->x, (double)p->y, slice->height, (double)p->value))
+      if (!append(l, (double)p->x, (double)p->y, height, (double)p->value))
         return false;
     }
   }
@@ -189,14 +221,14 @@ static bool is_node(size_t width, size_t place)
   return place % width % 2 == 0 && place / width % 2 == 0;
 }
 
-/* The sums of blocks with heights at some scale, within the band.  Away from the surface they are
+/* The sums of blocks, at a height that is theirs, within the band.  Away from the surface they are
  * found on nodes alone, and between these from them. */
-static void find_sums(const zs_joiner *j, const zs_blocks *blocks, double scale, uint32_t layer,
-                      double band, const room *m)
+static void find_sums(const zs_joiner *j, const zs_blocks *blocks, double height, double band,
+                      const room *m)
 {
   const zs_raster *r = j->raster;
   const zs_block_plane plane = {
-    .z = scale * (j->slices->slices[0].height + (double)r->heights[layer]),
+    .z = height,
     .first = {(double)j->first[0], (double)j->first[1]},
     .size = {r->count[0], r->count[1]},
     .wanted = m->wanted, .sums = m->sums, .weights = m->weights};
@@ -234,8 +266,10 @@ static bool add_layer(const zs_joiner *j, const zs_blocks *blocks, size_t gap, u
   if (memory) {
     carry(j, layer, m.carried);
     const int scales = scales_of(j, gap);
+    const double height =
+      height_in(j, gap, j->slices->slices[0].height + (double)r->heights[layer]);
     for (int k = 0; k < scales; k++) {
-      find_sums(j, &blocks[k], SCALES[k], layer, band, &m);
+      find_sums(j, &blocks[k], SCALES[k] * height, band, &m);
       for (size_t i = 0; i < count; i++) {
         double f = m.carried[i];
         if (m.weights[i] > 0) {
