@@ -179,10 +179,12 @@ zs_value zs_emit_scaled(zs_compiler *compiler, zs_value value, double factor)
 zs_value zs_emit_cut(zs_compiler *compiler, zs_value f, const zs_coordinates *at, double lo,
                      double hi)
 {
+  /* The ends themselves are inside, whichever way coordinates are rounded there. */
+  const double rounding = 2.5e-7 * fmax(fabs(lo), fabs(hi));
   zs_value centred = zs_emit(compiler, ZS_FUNCTION_SUBTRACT, zs_emit_coordinate(compiler, at, 2),
                              zs_emit_constant(compiler, lo + (hi - lo) / 2), 0);
   zs_value slab = zs_emit(compiler, ZS_FUNCTION_SUBTRACT,
-                          zs_emit_constant(compiler, (hi - lo) / 2),
+                          zs_emit_constant(compiler, (hi - lo) / 2 + rounding),
                           zs_emit(compiler, ZS_FUNCTION_ABSOLUTE, centred, 0, 0), 0);
   return zs_emit(compiler, ZS_FUNCTION_MINIMUM, f, slab, 0);
 }

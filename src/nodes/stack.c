@@ -301,8 +301,9 @@ static zs_value emit(zs_compiler *compiler, const zs_node *node, const zs_coordi
   if (!zs_compiler_keep(compiler, s, unref))
     return zs_emit_constant(compiler, 0);
   zs_value f = zs_raster_emit(compiler, s->joined.raster, &own);
+  const double rounding = 2.5e-7 * fabs(s->matrix[11]); /* of how far away the slices are */
   if (p->caps == CLOSED)
-    f = zs_emit_cut(compiler, f, &own, 0, hi);
+    f = zs_emit_cut(compiler, f, &own, -rounding, hi + rounding);
   return zs_emit_scaled(compiler, f, pixel);
 }
 

@@ -185,7 +185,19 @@ static float *measured(const lattice *l, const zs_polygon *polygon, const double
   return distance;
 }
 
-/* Coordinates are moved to the middle of the lattice, where precision is best. */
+/* Whether some pixel is inside. */
+static bool has_inside(const lattice *l, const float *distance)
+{
+  const size_t margins = 2 * ZS_SLICES_MARGIN;
+  const size_t n = (l->width + margins) * (l->height + margins);
+  for (size_t i = 0; i < n; i++)
+    if (distance[i] >= 0)
+      return true;
+  return false;
+}
+
+/* Coordinates are moved to the middle of the lattice, where precision is best.  An outline between
+ * the pixels' centres leaves the slice empty. */
 static bool add_slice(zs_slices *slices, const lattice *l, zs_fill *fill, double at,
                       unsigned threads)
 {
@@ -205,6 +217,10 @@ static bool add_slice(zs_slices *slices, const lattice *l, zs_fill *fill, double
     }
   }
   zs_arena_free(&arena);
+  if (distance && !has_inside(l, distance)) {
+    free(distance);
+    distance = NULL;
+  }
   return zs_slices_add_distance(slices, l->width, l->height, distance, at);
 }
 

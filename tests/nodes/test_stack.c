@@ -528,6 +528,9 @@ static void test_bad_input(void **unused)
   refuses("<stack src='flat.svg'/>", "'b': the outlines enclose nothing");
   refuses("<stack src='bare.svg'/>", "there are no groups; expected a <g> for every slice");
   refuses("<stack src='void.svg'/>", "all 2 slices are empty");
+  write_text("hair1.txt", "0 0\n0.01 0\n0 9\n\n4 0\n4.01 0\n4 9\n");
+  write_text("hair2.txt", "0 0\n0.01 0\n0 9\n\n4 0\n4.01 0\n4 9\n");
+  refuses("<stack src='hair*.txt' pixel='3'/>", "all 2 slices are empty");
   refuses("<stack src='line*.txt'/>", "'line2.txt': the polygons enclose nothing");
   refuses("<stack src='line1.txt'/>", "found 1 slice; expected at least 2");
   refuses("<stack src='run*'/>", "expected pictures or outlines, not both");
@@ -621,6 +624,66 @@ static void test_least(void **unused)
   }
 }
 
+/* Wherever slices lie, the pixels of the first and the last are inside with closed ends. */
+static void test_ends_are_inside(void **unused)
+{
+  (void)unused;
+  for (int i = 0; i < 3; i++) {
+    char name[20];
+    snprintf(name, sizeof name, "end%d.pgm", i);
+    write_disc(name, 8, 8, 4, 255);
+  }
+  for (int k = 0; k < 40; k++) {
+    const double spacing = 0.37 + 0.773 * k, first = 3.1 * k;
+    char text[200];
+    snprintf(text, sizeof text, "<stack src='end*.pgm' pixel='0.75' spacing='%.9g' "
+             "origin='0 0 %.9g'/>", spacing, first);
+    zs_field *field = compile(text);
+    zs_eval *eval = evaluator(field);
+    for (int end = 0; end < 2; end++) {
+      const float x = 8 * 0.75f, y = 8 * 0.75f, z = (float)(first + 2 * end * spacing);
+      float f;
+      zs_eval_values(eval, NULL, 1, &x, &y, &z, &f);
+      assert_true(f >= 0);
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
+/* Slices that are much nearer on one side than on the other do not make the solid swell, nor
+ * f so large that nothing is known of it. */
+static void test_uneven_gaps(void **unused)
+{
+  (void)unused;
+  static const char *const levels[] = {"0 1 2 30 31 32 33", "0 0.02 2 3 4 5 6",
+                                       "0 0.5 10 10.5 20 20.5 30"};
+  static const char *const methods[] = {"auto", "extended", "variational"};
+  for (int i = 0; i < 7; i++) {
+    char name[20];
+    snprintf(name, sizeof name, "odd%d.pgm", i);
+    write_disc(name, 6 + i, 8, i % 2 ? 5 : 4, 255);
+  }
+  for (int k = 0; k < 9; k++) {
+    char text[200];
+    double lo[3], hi[3];
+    snprintf(text, sizeof text, "<stack src='odd*.pgm' levels='%s' method='%s'/>",
+             levels[k / 3], methods[k % 3]);
+    zs_field *field = compile(text);
+    assert_true(zs_field_box(field, lo, hi, NULL));
+    assert_true(lo[0] > -20 && hi[0] < 40 && lo[1] > -20 && hi[1] < 40);
+    zs_eval *eval = evaluator(field);
+    for (int i = 0; i < 400; i++) {
+      const double angle = 0.7 * i, z = lo[2] + (hi[2] - lo[2]) * i / 400;
+      const double out[3] = {9 + 10 * cos(angle), 8 + 8 * sin(angle), z}, in[3] = {9, 8, z};
+      assert_true(zs_eval_point(eval, out) < 0);
+      assert_true(zs_eval_point(eval, in) > 0 || z < 0 || z > (k < 3 ? 33 : k < 6 ? 6 : 30));
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
 /* A gap in the numbers is no error when heights say that it should be. */
 static void test_gap_with_levels(void **unused)
 {
@@ -644,6 +707,7 @@ int main(void)
     cmocka_unit_test(test_correspondence), cmocka_unit_test(test_who_asks),
     cmocka_unit_test(test_least),     cmocka_unit_test(test_bad_input),
     cmocka_unit_test(test_gap_with_levels),
+    cmocka_unit_test(test_ends_are_inside), cmocka_unit_test(test_uneven_gaps),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
