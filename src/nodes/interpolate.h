@@ -61,9 +61,10 @@ zs_coordinates zs_between_warp(zs_compiler *compiler, const zs_between_flows *fl
                                zs_value motion, const zs_coordinates *at);
 
 /* Pairs that two shapes alone suggest (interpolate_auto.c): x and y of where each comes from
- * and goes, in the compiler's arena.  Returns how many, 0 where none are found. */
-size_t zs_between_find_pairs(zs_compiler *compiler, const zs_node *const levels[2],
-                             double (**ends)[4]);
+ * and goes, in the compiler's arena; none, with a warning, where a shape has no box.  False after
+ * reporting. */
+bool zs_between_find_pairs(zs_compiler *compiler, const zs_node *between,
+                           const zs_node *const levels[2], double (**ends)[4], size_t *count);
 
 /* Where a level lies on the axis. */
 double zs_level_height(const zs_node *part);

@@ -28,12 +28,10 @@ typedef struct drawing {
   float *distance[2];
 } drawing;
 
+/* False when memory is out. */
 static bool lay_out(drawing *d, const double lo[2], const double hi[2])
 {
-  const double longest = fmax(hi[0] - lo[0], hi[1] - lo[1]);
-  if (!(longest > 0))
-    return false;
-  d->cell = longest / PIXELS;
+  d->cell = fmax(hi[0] - lo[0], hi[1] - lo[1]) / PIXELS;
   d->width = (size_t)ceil((hi[0] - lo[0]) / d->cell) + 2 * MARGIN;
   d->height = (size_t)ceil((hi[1] - lo[1]) / d->cell) + 2 * MARGIN;
   for (int k = 0; k < 2; k++) {
@@ -43,10 +41,11 @@ static bool lay_out(drawing *d, const double lo[2], const double hi[2])
   return d->distance[0] && d->distance[1];
 }
 
-/* f at the centres of pixels, as brightness about 1 where it is 0. */
-static bool sample(const drawing *d, zs_field *field, float *pixels, zs_diag *diag)
+/* f at the centres of pixels, as brightness about 1 where it is 0.  False when memory is out. */
+static bool sample(const drawing *d, zs_field *field, float *pixels)
 {
-  zs_eval *eval = zs_eval_new(field, diag);
+  const double origin[3] = {d->lo[0], d->lo[1], 0};
+  zs_eval *eval = zs_eval_new(field, NULL);
   float *row = malloc(3 * d->width * sizeof *row);
   if (!eval || !row) {
     zs_eval_free(eval);
@@ -56,11 +55,11 @@ static bool sample(const drawing *d, zs_field *field, float *pixels, zs_diag *di
   float *x = row, *y = row + d->width, *z = y + d->width, most = 0;
   for (size_t j = 0; j < d->height; j++) {
     for (size_t i = 0; i < d->width; i++) {
-      x[i] = (float)(d->lo[0] + ((double)i + 0.5) * d->cell);
-      y[i] = (float)(d->lo[1] + ((double)j + 0.5) * d->cell);
+      x[i] = (float)(((double)i + 0.5) * d->cell);
+      y[i] = (float)(((double)j + 0.5) * d->cell);
       z[i] = 0;
     }
-    zs_eval_values(eval, NULL, d->width, x, y, z, pixels + j * d->width);
+    zs_eval_values(eval, origin, d->width, x, y, z, pixels + j * d->width);
   }
   zs_eval_free(eval);
   free(row);
@@ -73,20 +72,20 @@ static bool sample(const drawing *d, zs_field *field, float *pixels, zs_diag *di
 }
 
 /* The distances of a shape, without the margin that zs_picture_distance adds. */
-static bool draw(drawing *d, int k, zs_field *field, zs_diag *diag)
+static zs_picture_result draw(drawing *d, int k, zs_field *field)
 {
   float *pixels = malloc(d->width * d->height * sizeof *pixels);
-  bool done = pixels && sample(d, field, pixels, diag);
-  if (done) {
+  zs_picture_result result = ZS_PICTURE_MEMORY;
+  if (pixels && sample(d, field, pixels)) {
     const zs_picture picture = {d->width, d->height, pixels, 1};
     float *distance = d->distance[k];
-    done = zs_picture_distance(&picture, 1, distance) == ZS_PICTURE_DONE;
-    for (size_t j = 0; done && j < d->height; j++)
+    result = zs_picture_distance(&picture, 1, distance);
+    for (size_t j = 0; result == ZS_PICTURE_DONE && j < d->height; j++)
       memmove(distance + j * d->width, distance + (j + 1) * (d->width + 2) + 1,
               d->width * sizeof *distance);
   }
   free(pixels);
-  return done;
+  return result;
 }
 
 /* Points near the outline half-way and not near to each other, as pairs: x and y of where
@@ -115,48 +114,79 @@ static size_t choose(const drawing *d, const zs_motion *m, float apart, double (
   return count;
 }
 
-/* As many pairs as there is room for, evenly along the outline. */
-static size_t find_pairs(const drawing *d, double (*ends)[4])
+/* As many pairs as there is room for, evenly along the outline.  False when memory is out. */
+static bool find_pairs(const drawing *d, double (*ends)[4], size_t *count)
 {
   zs_motion m;
-  size_t count = 0;
-  if (zs_motion_find(&m, d->distance[0], d->distance[1], d->width, d->height, PLIANT, true)) {
+  const bool found =
+    zs_motion_find(&m, d->distance[0], d->distance[1], d->width, d->height, PLIANT, true);
+  if (found) {
     float apart = APART;
     do {
-      count = choose(d, &m, apart, ends);
+      *count = choose(d, &m, apart, ends);
       apart *= 1.3F;
-    } while (count == MOST_PAIRS);
+    } while (*count == MOST_PAIRS);
   }
   zs_motion_clear(&m);
-  return count;
+  return found;
 }
 
-size_t zs_between_find_pairs(zs_compiler *compiler, const zs_node *const levels[2],
-                             double (**ends)[4])
+/* Draw both shapes, and find the pairs unless one of them is too small to be seen. */
+static bool draw_and_find(drawing *d, zs_field *const fields[2], double (*ends)[4], size_t *count)
+{
+  zs_picture_result result = ZS_PICTURE_DONE;
+  for (int k = 0; k < 2 && result == ZS_PICTURE_DONE; k++)
+    result = draw(d, k, fields[k]);
+  return result == ZS_PICTURE_DONE ? find_pairs(d, ends, count) : result != ZS_PICTURE_MEMORY;
+}
+
+/* The box around both shapes.  Without one there are no pairs, of which a warning tells. */
+static bool find_box(const zs_node *between, const zs_node *const levels[2], double lo[2],
+                     double hi[2], zs_diag *diag)
+{
+  for (int c = 0; c < 2; c++) {
+    lo[c] = INFINITY;
+    hi[c] = -INFINITY;
+  }
+  for (int k = 0; k < 2; k++) {
+    double from[3], to[3];
+    if (!zs_level_box(levels[k], from, to)) {
+      const zs_place place = zs_node_place(between, "correspondence");
+      zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
+                "there are no pairs: the shape at %g is empty or has no bounds",
+                zs_level_height(levels[k]));
+      return false;
+    }
+    for (int c = 0; c < 2; c++) {
+      lo[c] = fmin(lo[c], from[c]);
+      hi[c] = fmax(hi[c], to[c]);
+    }
+  }
+  return true;
+}
+
+bool zs_between_find_pairs(zs_compiler *compiler, const zs_node *between,
+                           const zs_node *const levels[2], double (**ends)[4], size_t *count)
 {
   drawing d = {.width = 0};
   zs_diag *diag = zs_compiler_diag(compiler);
   zs_field *fields[2] = {NULL, NULL};
-  double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
-  bool done = true;
-  size_t count = 0;
+  double lo[2], hi[2];
+  *count = 0;
   *ends = zs_arena_alloc(zs_compiler_arena(compiler), MOST_PAIRS, sizeof **ends);
-  for (int k = 0; k < 2 && done; k++) {
-    double from[3], to[3];
-    done = *ends && zs_level_box(levels[k], from, to);
-    for (int c = 0; c < 2 && done; c++) {
-      lo[c] = fmin(lo[c], from[c]);
-      hi[c] = fmax(hi[c], to[c]);
-    }
-    fields[k] = done ? zs_children_field(compiler, levels[k], diag) : NULL;
-    done = fields[k];
-  }
-  if (done && lay_out(&d, lo, hi) && draw(&d, 0, fields[0], diag) &&
-      draw(&d, 1, fields[1], diag))
-    count = find_pairs(&d, *ends);
+  if (!*ends)
+    return zs_fail_memory(diag);
+  if (!find_box(between, levels, lo, hi, diag))
+    return true;
+  for (int k = 0; k < 2; k++)
+    fields[k] = zs_children_field(compiler, levels[k], diag);
+  bool done = fields[0] && fields[1];
+  if (done)
+    done = (lay_out(&d, lo, hi) && draw_and_find(&d, fields, *ends, count)) ||
+           zs_fail_memory(diag);
   for (int k = 0; k < 2; k++) {
     free(d.distance[k]);
     zs_field_unref(fields[k]);
   }
-  return count;
+  return done;
 }

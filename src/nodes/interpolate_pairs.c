@@ -158,13 +158,11 @@ static const zs_flow *make_flow(zs_compiler *compiler, const pairs *all, zs_flow
   return zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
 }
 
-/* Pairs that are found.  Should they come too near to each other, fewer will not; `flows` is
+/* Of pairs that were found.  Should they come too near to each other, fewer will not; `flows` is
  * told which are left. */
-static const zs_flow *find_flow(zs_compiler *compiler, const zs_node *const levels[2],
-                                zs_flow_way way, zs_between_flows *flows)
+static const zs_flow *make_found(zs_compiler *compiler, double (*ends)[4], size_t count,
+                                 zs_flow_way way, zs_between_flows *flows)
 {
-  double(*ends)[4];
-  size_t count = zs_between_find_pairs(compiler, levels, &ends);
   zs_flow_path *paths = ZS_ARENA_NEW(zs_compiler_arena(compiler), zs_flow_path, count + 1);
   zs_flow *flow = NULL;
   zs_flow_result result = ZS_FLOW_MEET;
@@ -183,6 +181,21 @@ static const zs_flow *find_flow(zs_compiler *compiler, const zs_node *const leve
   return flow && zs_compiler_keep(compiler, flow, zs_flow_free) ? flow : NULL;
 }
 
+static void find_flows(zs_compiler *compiler, const zs_node *between,
+                       const zs_node *const levels[2], zs_between_flows *flows)
+{
+  const bool fixed = flows->centers == ZS_CENTERS_FIXED;
+  double(*ends)[4];
+  size_t n;
+  if (!zs_between_find_pairs(compiler, between, levels, &ends, &n))
+    return;
+  flows->side[0] = make_found(compiler, ends, n, fixed ? ZS_FLOW_AT_END : ZS_FLOW_COME, flows);
+  flows->side[1] =
+    fixed ? make_found(compiler, ends, n, ZS_FLOW_AT_START, flows) : flows->side[0];
+  if (!flows->side[1])
+    flows->side[0] = NULL;
+}
+
 zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *between,
                                        const zs_node *const levels[2],
                                        zs_interpolate_centers centers, double time)
@@ -192,12 +205,7 @@ zs_between_flows zs_between_flows_make(zs_compiler *compiler, const zs_node *bet
   if (!between)
     return flows;
   if (zs_between_is_auto(between)) {
-    const bool fixed = centers == ZS_CENTERS_FIXED;
-    flows.side[0] = find_flow(compiler, levels, fixed ? ZS_FLOW_AT_END : ZS_FLOW_COME, &flows);
-    flows.side[1] = fixed ? find_flow(compiler, levels, ZS_FLOW_AT_START, &flows)
-                          : flows.side[0];
-    if (!flows.side[1])
-      flows.side[0] = NULL;
+    find_flows(compiler, between, levels, &flows);
     return flows;
   }
   if (!gather(zs_compiler_arena(compiler), between, zs_between_time(between, time), &all)) {

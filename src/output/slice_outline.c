@@ -13,6 +13,7 @@ typedef struct samples {
   float level;
   bool whole; /* samples without a value are outside; else no line is there */
   uint32_t width, height;
+  zs_eval *eval; /* of whole outlines: what they are refined by */
 } samples;
 
 static float value_at(const samples *s, uint32_t i, uint32_t j)
@@ -97,12 +98,13 @@ static double ends_of(const samples *s, uint32_t edge, double ends[2][2], bool *
 }
 
 /* Places on the plane where f changes its sign between samples, by halving. */
-static bool refine(const samples *s, zs_field *field, const uint32_t *edges, size_t count,
-                   double (*places)[2])
+static void refine(const samples *s, const uint32_t *edges, size_t count, double (*places)[2])
 {
   enum { BATCH = 256, HALVINGS = 22 };
-  zs_eval *eval = zs_eval_new(field, NULL);
-  for (size_t first = 0; eval && first < count; first += BATCH) {
+  static const double corner[2] = {0, 0};
+  double origin[3];
+  zs_slice_place(&s->slicer->plane, corner, origin);
+  for (size_t first = 0; first < count; first += BATCH) {
     const size_t n = count - first < BATCH ? count - first : BATCH;
     double ends[BATCH][2][2], from[BATCH], to[BATCH];
     bool known[BATCH];
@@ -119,11 +121,11 @@ static bool refine(const samples *s, zs_field *field, const uint32_t *edges, siz
                               (1 - t) * ends[i][0][1] + t * ends[i][1][1]};
         double space[3];
         zs_slice_place(&s->slicer->plane, at, space);
-        x[i] = (float)space[0];
-        y[i] = (float)space[1];
-        z[i] = (float)space[2];
+        x[i] = (float)(space[0] - origin[0]);
+        y[i] = (float)(space[1] - origin[1]);
+        z[i] = (float)(space[2] - origin[2]);
       }
-      zs_eval_values(eval, NULL, n, x, y, z, f);
+      zs_eval_values(s->eval, origin, n, x, y, z, f);
       for (size_t i = 0; i < n; i++)
         *(f[i] >= 0 ? &from[i] : &to[i]) = (from[i] + to[i]) / 2;
     }
@@ -131,8 +133,6 @@ static bool refine(const samples *s, zs_field *field, const uint32_t *edges, siz
       for (int k = 0; known[i] && k < 2; k++)
         places[first + i][k] = (1 - from[i]) * ends[i][0][k] + from[i] * ends[i][1][k];
   }
-  zs_eval_free(eval);
-  return eval;
 }
 
 /* ---- Lines ------------------------------------------------------------------------------- */
@@ -152,8 +152,8 @@ static size_t take_line(lines *l, uint32_t first, uint32_t *edges)
   return count;
 }
 
-static bool add_line(const samples *s, zs_field *field, const uint32_t *edges, size_t count,
-                     bool closed, double (*places)[2], zs_drawing *drawing)
+static bool add_line(const samples *s, const uint32_t *edges, size_t count, bool closed,
+                     double (*places)[2], zs_drawing *drawing)
 {
   for (size_t i = 0; i < count; i++) {
     double ends[2][2];
@@ -162,8 +162,9 @@ static bool add_line(const samples *s, zs_field *field, const uint32_t *edges, s
     for (int k = 0; k < 2; k++)
       places[i][k] = (1 - t) * ends[0][k] + t * ends[1][k];
   }
-  bool good = (!s->whole || refine(s, field, edges, count, places)) &&
-              zs_drawing_stroke(drawing, (zs_color){0, 0, 0}, 0, closed);
+  if (s->whole)
+    refine(s, edges, count, places);
+  bool good = zs_drawing_stroke(drawing, (zs_color){0, 0, 0}, 0, closed);
   for (size_t i = 0; i < count && good; i++)
     good = zs_drawing_point(drawing, places[i]);
   return good;
@@ -173,12 +174,17 @@ bool zs_slice_outline(zs_drawing *drawing, const zs_slicer *slicer, zs_field *fi
                       bool whole)
 {
   const uint32_t *count = slicer->plane.count;
-  const samples s = {slicer, level, whole, count[0] + 2, count[1] + 2};
+  const samples s = {.slicer = slicer,
+                     .level = level,
+                     .whole = whole,
+                     .width = count[0] + 2,
+                     .height = count[1] + 2,
+                     .eval = whole ? zs_eval_new(field, NULL) : NULL};
   const size_t n = 2 * (size_t)s.width * s.height;
   lines l = {malloc(n * sizeof *l.next), calloc(n, sizeof *l.follows)};
   uint32_t *edges = malloc(n * sizeof *edges);
   double(*places)[2] = malloc(n * sizeof *places);
-  bool good = l.next && l.follows && edges && places;
+  bool good = l.next && l.follows && edges && places && (s.eval || !whole);
   if (good)
     memset(l.next, 0xff, n * sizeof *l.next);
   for (uint32_t j = 0; j + 1 < s.height && good; j++)
@@ -189,8 +195,9 @@ bool zs_slice_outline(zs_drawing *drawing, const zs_slicer *slicer, zs_field *fi
     for (uint32_t i = 0; i < n && good; i++)
       if (l.next[i] != NONE && !(open && l.follows[i])) {
         const size_t used = take_line(&l, i, edges);
-        good = add_line(&s, field, edges, used, !open, places, drawing);
+        good = add_line(&s, edges, used, !open, places, drawing);
       }
+  zs_eval_free(s.eval);
   free(l.next);
   free(l.follows);
   free(edges);

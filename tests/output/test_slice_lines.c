@@ -93,6 +93,27 @@ static void test_circle(void **unused)
     }
 }
 
+/* Far from the origin, too, to what a file's numbers resolve. */
+static void test_far_circle(void **unused)
+{
+  (void)unused;
+  static const double lo[3] = {1e6 - 2, -2, -1}, hi[3] = {1e6 + 2, 2, 1};
+  char path[400];
+  strcpy(path, scratch_path(&folder, "cut.svg"));
+  const zs_slice_options options = options_of(2, 0, ZS_QUANTITY_VALUE);
+  zs_field *field = compile("<sphere radius='1' at='1000000 0 0'/>");
+  assert_true(zs_slice_svg(field, lo, hi, &options, path, NULL, NULL, NULL, NULL));
+  zs_field_unref(field);
+  size_t length, count;
+  char *text = read_whole(path, &length);
+  assert_non_null(text);
+  read_places(strstr(text, " d=\"") + 4, places, MOST, &count);
+  assert_true(count > 60);
+  for (size_t i = 0; i < count; i++)
+    assert_true(fabs(hypot(places[i][0] - 1e6, places[i][1]) - 1) < 2e-3);
+  free(text);
+}
+
 /* What is written is read back as the same shape, with the lower left corner of the picture,
  * whose pixels are of 0.18, at the origin: with holes, parts, corners, and where the box
  * cuts it off. */
@@ -309,7 +330,7 @@ static void test_refused(void **unused)
 int main(void)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_circle), cmocka_unit_test(test_read_back),
+    cmocka_unit_test(test_circle), cmocka_unit_test(test_far_circle), cmocka_unit_test(test_read_back),
     cmocka_unit_test(test_nothing_and_everything), cmocka_unit_test(test_told),
     cmocka_unit_test(test_drawn), cmocka_unit_test(test_painted), cmocka_unit_test(test_refused),
   };
