@@ -199,7 +199,8 @@ static bool collect(collection *all, const request *r, const zs_control *control
     group *one = &r->groups[g];
     const zs_place *place = &one->node->place;
     zs_rbf_constraints c;
-    if (!zs_rbf_normals_estimate(&one->samples, r->dimension, control, place, diag) ||
+    if (!zs_rbf_samples_check(&one->samples, place, diag) ||
+        !zs_rbf_normals_estimate(&one->samples, r->dimension, control, place, diag) ||
         !zs_rbf_constraints_build(&c, &one->samples, &rules, control, place, diag) ||
         !add_group(all, r, g, &c, diag))
       return false;

@@ -41,17 +41,21 @@ void zs_rbf_constraints_clear(zs_rbf_constraints *constraints)
 
 double zs_rbf_samples_size(const zs_rbf_samples *list)
 {
-  double mean[3] = {0, 0, 0}, square = 0;
+  static const double ROUNDING = 1e-13; /* of means of the same number, at most */
+  double mean[3] = {0, 0, 0}, square = 0, farthest = 0;
   for (size_t i = 0; i < list->count; i++)
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3; k++) {
       mean[k] += list->samples[i].position[k] / (double)list->count;
+      farthest = fmax(farthest, fabs(list->samples[i].position[k]));
+    }
   for (size_t i = 0; i < list->count; i++) {
     double from[3];
     for (int k = 0; k < 3; k++)
       from[k] = list->samples[i].position[k] - mean[k];
     square = fmax(square, from[0] * from[0] + from[1] * from[1] + from[2] * from[2]);
   }
-  return 2 * sqrt(square);
+  const double size = 2 * sqrt(square);
+  return size > ROUNDING * farthest ? size : 0;
 }
 
 /* A sample's normal at unit length; false when it is unknown. */
@@ -152,7 +156,7 @@ static bool check_values(const zs_rbf_constraints *c, const zs_place *place, zs_
                    "where the inside is", c->values[0]);
 }
 
-static bool check_samples(const zs_rbf_samples *samples, const zs_place *place, zs_diag *diag)
+bool zs_rbf_samples_check(const zs_rbf_samples *samples, const zs_place *place, zs_diag *diag)
 {
   if (samples->count == 0)
     return zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, place, NULL,
@@ -184,7 +188,7 @@ bool zs_rbf_constraints_build(zs_rbf_constraints *constraints, const zs_rbf_samp
 {
   (void)control; /* without OpenMP */
   *constraints = (zs_rbf_constraints){0};
-  if (!check_samples(samples, place, diag))
+  if (!zs_rbf_samples_check(samples, place, diag))
     return false;
   const size_t n = samples->count;
   cloud c;

@@ -26,6 +26,9 @@ void zs_rbf_samples_clear(zs_rbf_samples *list);
  * box, but however they are turned the same. */
 double zs_rbf_samples_size(const zs_rbf_samples *list);
 
+/* Whether there are any, and not more than can be fitted; reports when not. */
+bool zs_rbf_samples_check(const zs_rbf_samples *samples, const zs_place *place, zs_diag *diag);
+
 /* How samples become constraints. */
 typedef struct zs_rbf_rules {
   unsigned dimension; /* 2 or 3; 2: z is 0 in all samples */

@@ -7,7 +7,7 @@
 
 /* Constraints nearer than this part of the box are one constraint; values that
  * differ by less than this part of the largest are equal. */
-static const double SAME = 1e-9;
+static const double SAME = 1e-8;
 
 static double distance_squared(unsigned dimension, const double *a, const double *b)
 {
@@ -73,7 +73,7 @@ static bool fail_conflict(const zs_rbf_problem *p, size_t i, size_t j, const zs_
   char text[2][ZS_RBF_MAXIMUM_DIMENSION * 32] = {"", ""};
   for (int side = 0; side < 2; side++)
     for (unsigned k = 0, n = 0; k < p->dimension; k++)
-      n += (unsigned)snprintf(text[side] + n, sizeof text[side] - n, "%s%.9g", k ? " " : "",
+      n += (unsigned)snprintf(text[side] + n, sizeof text[side] - n, "%s%.12g", k ? " " : "",
                               p->positions[at[side] * p->dimension + k]);
   return zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, place,
                    "smoothing above 0 averages such constraints",

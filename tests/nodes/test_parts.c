@@ -392,7 +392,7 @@ static void mistakes_are_explained(void **state)
   write_text("two.xyz", "1 2 3\n2 2 3\n");
   write_text("three.xyz", "1 2 3\n2 2 3\n2 3 3\n");
   write_text("close.xyz", "0 0 0 0\n1 0 0 0.5\n0 1 0 0.2\n0 0 1 0.1\n1 1 1 0.7\n"
-                          "1 1 1.000000002 0.1\n");
+                          "1 1 1.00000002 0.1\n");
   write_text("faceless.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n");
   FILE *line = create("line.xyz");
   for (int i = 0; i < 20; i++)

@@ -81,6 +81,17 @@ static void automatic_offsets_keep_clear(void **state)
   zs_rbf_samples_clear(&list);
 }
 
+/* The same point again and again is that point, whatever the rounding of its mean. */
+static void one_point_many_times(void **state)
+{
+  (void)state;
+  zs_rbf_samples list = {0};
+  for (int i = 0; i < 50; i++)
+    add(&list, 1, 2, 3, 0, 0, 1, 0);
+  assert_true(zs_rbf_samples_size(&list) == 0);
+  zs_rbf_samples_clear(&list);
+}
+
 /* One point with a normal is enough: half of space. */
 static void one_oriented_point(void **state)
 {
@@ -140,6 +151,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(offsets_lie_along_normals),
     cmocka_unit_test(automatic_offsets_keep_clear),
+    cmocka_unit_test(one_point_many_times),
     cmocka_unit_test(one_oriented_point),
     cmocka_unit_test(undirected_sets_are_refused),
   };

@@ -208,6 +208,10 @@ static void contradictions_are_reported(void **state)
   c->values[20] = 1.5;
   fails_with(&c->problem, NULL, ZS_ERROR_GEOMETRY,
              "value 0 at (0.25 0.5 -0.75), value 1.5 at (0.25 0.5 -0.75)");
+  /* As near as can be, as well. */
+  c->positions[62] += 1e-9;
+  fails_with(&c->problem, NULL, ZS_ERROR_GEOMETRY, "value 1.5 at (0.25 0.5 -0.749999999)");
+  c->positions[62] -= 1e-9;
   /* With smoothing the two are averaged. */
   c->problem.smoothing = 1e-6;
   zs_rbf *rbf = fitted(c);
