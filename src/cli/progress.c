@@ -27,6 +27,7 @@ void cli_signals_catch(void)
     if (sigaction(numbers[i], NULL, &inherited) == 0 && inherited.sa_handler != SIG_IGN)
       sigaction(numbers[i], &action, NULL);
   }
+  signal(SIGXFSZ, SIG_IGN); /* a file that may not grow any more is an error like a full disk */
 }
 
 int cli_signal(void)

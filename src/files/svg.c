@@ -394,14 +394,16 @@ static char *load(const char *path, size_t *length, zs_diag *diag)
       free(text);
     text = larger;
   }
-  const bool readable = stream && !ferror(stream);
+  const bool readable = stream && !ferror(stream), fits = *length < LARGEST;
   if (!readable)
     zs_fail(diag, ZS_ERROR_IO, path, "cannot be read: %s", strerror(errno));
   else if (!text)
     zs_fail_memory(diag);
+  else if (!fits)
+    zs_fail(diag, ZS_ERROR_IO, path, "the file has %d bytes or more", LARGEST);
   if (stream)
     fclose(stream);
-  if (readable)
+  if (readable && fits)
     return text;
   free(text);
   return NULL;

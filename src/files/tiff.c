@@ -205,10 +205,10 @@ static double pixel_of(const zs_tiff *t, const layout *l, double number)
       sum += luminance[k] * l->palette[k][(size_t)number];
     return sum / 65535;
   }
-  const double part = number / l->most;
+  const double part = fmin(fmax(number / l->most, -MOST), MOST);
   if (l->photometric == PHOTOMETRIC_MINISWHITE && t->meaning == ZS_GRAY_BRIGHTNESS)
     return 1 - part;
-  return fmin(fmax(part, -MOST), MOST);
+  return part;
 }
 
 /* Where a stored pixel goes: first + column * across + row * down. */

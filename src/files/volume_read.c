@@ -264,6 +264,9 @@ bool zs_volume_set_axes(zs_volume_input *input, const char *field, const double 
                         const double origin[3])
 {
   double *m = input->volume->matrix, lengths = 1;
+  if (!isfinite(origin[0] + origin[1] + origin[2]))
+    return zs_volume_fail(input, field, "the origin is %g %g %g; expected finite numbers",
+                          origin[0], origin[1], origin[2]);
   for (int i = 0; i < 3; i++) {
     for (int k = 0; k < 3; k++)
       m[4 * i + k] = axes[k][i];

@@ -51,7 +51,7 @@ static bool read_header(reader *r)
 {
   if (!has(r, HEADER))
     return zs_input_fail_truncated(r->input);
-  if (r->at[0] != 'O' || r->at[1] != 'M' || !strchr("TQP", r->at[2]))
+  if (r->at[0] != 'O' || r->at[1] != 'M' || !memchr("TQP", r->at[2], 3))
     return zs_input_fail(r->input, "the file does not begin with 'OMT', 'OMQ' or 'OMP'");
   r->kind = r->at[2];
   r->version = (unsigned char)r->at[3] >> 5;

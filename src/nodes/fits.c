@@ -258,7 +258,8 @@ static bool get_fits(reader *r, zs_cache *cache)
       return zs_fail_memory(r->diag);
   }
   const unsigned long check = r->check;
-  if (get(r) != check)
+  const bool whole = get(r) == check && !r->ended;
+  if (!whole || fgetc(r->stream) != EOF)
     return fail(r, "the file of fits is damaged");
   return true;
 }

@@ -100,16 +100,16 @@ const char *zs_path_resolve(const zs_scene *scene, const char *folder, const cha
   for (size_t i = 0; i < scene->root_count; i++)
     allowed = allowed || is_below(real, scene->roots[i]);
   struct stat status;
-  bool folder_itself = stat(real, &status) == 0 && S_ISDIR(status.st_mode);
+  const bool found = stat(real, &status) == 0;
   free(real);
   if (!allowed) {
     zs_report(diag, ZS_ERROR, ZS_ERROR_SCHEMA, place, "allow its folder with --allow-path",
               "'%s' is outside the folder of the scene", reference);
     return NULL;
   }
-  if (folder_itself) {
-    zs_report(diag, ZS_ERROR, ZS_ERROR_IO, place, NULL, "'%s' is a folder; expected a file",
-              reference);
+  if (found && !S_ISREG(status.st_mode)) { /* a pipe could keep its reader waiting for ever */
+    zs_report(diag, ZS_ERROR, ZS_ERROR_IO, place, NULL, "'%s' is a %s; expected a file",
+              reference, S_ISDIR(status.st_mode) ? "folder" : "pipe or device");
     return NULL;
   }
   return path;

@@ -123,6 +123,19 @@ static zs_volume read_good(const char *path)
   return volume;
 }
 
+static void expect_error(const char *name, const char *part)
+{
+  seen s = {""};
+  zs_diag diag = {.report = keep, .context = &s};
+  zs_volume volume;
+  const char *path = save(name);
+  assert_false(zs_volume_read(&volume, path, &diag));
+  assert_int_equal(diag.errors, 1);
+  assert_null(volume.numbers);
+  if (!strstr(s.message, part))
+    fail_msg("'%s' is not in: %s", part, s.message);
+}
+
 /* The expected samples at origin + spacing * index. */
 static void check(const char *path, const double spacing[3], const double origin[3])
 {
@@ -351,6 +364,10 @@ static void test_nifti(void **state)
     assert_true(fabs(v.matrix[i] - expected[i]) < 1e-6);
   assert_true(values[0] == -1 && values[1] == 2);
   zs_volume_clear(&v);
+  put_float(h, 268, false, NAN);
+  add(h, sizeof h);
+  add("\x04\x0a", 2);
+  expect_error("q.nii", "the origin is");
 }
 
 /* Data of an array as VTK writes it: its length, or the sizes of its blocks, before it. */
@@ -426,19 +443,6 @@ static void test_vti(void **state)
 }
 
 /* ---- What is broken --------------------------------------------------------------------- */
-
-static void expect_error(const char *name, const char *part)
-{
-  seen s = {""};
-  zs_diag diag = {.report = keep, .context = &s};
-  zs_volume volume;
-  const char *path = save(name);
-  assert_false(zs_volume_read(&volume, path, &diag));
-  assert_int_equal(diag.errors, 1);
-  assert_null(volume.numbers);
-  if (!strstr(s.message, part))
-    fail_msg("'%s' is not in: %s", part, s.message);
-}
 
 static void test_bad_headers(void **state)
 {

@@ -160,7 +160,20 @@ static void damage_is_noticed(void **state)
     assert_non_null(strstr(s.message, "fits"));
     assert_non_null(strstr(s.file, "fitted.fits"));
   }
-  free(bytes);
+  /* Cut by its last byte, and with one more. */
+  char *longer = realloc(bytes, length + 1);
+  assert_non_null(longer);
+  longer[length] = 0;
+  for (int more = -1; more <= 1; more += 2) {
+    seen s = {.message = ""};
+    zs_diag found = {.report = keep, .context = &s};
+    char path[sizeof folder.path];
+    write_bytes(longer, more < 0 ? length - 1 : length + 1);
+    strcpy(path, scratch_path(&folder, "fitted.xml"));
+    assert_null(zs_scene_load(path, NULL, &found));
+    assert_non_null(strstr(s.message, "fits"));
+  }
+  free(longer);
 }
 
 /* The numbers of a file are 8 bytes, the lowest first, after 16 of magic text. */

@@ -1,6 +1,7 @@
 /* Files: relative names, includes, and the fence around the scene's folder. */
 #include "zeroset.h"
 
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -205,11 +206,13 @@ static void test_what_is_no_file(void **state)
   } cases[] = {
     {"", "'' names no file"},
     {"parts", "'parts' is a folder; expected a file"},
+    {"pipe", "'pipe' is a pipe or device; expected a file"},
     {"parts/none.xml", "'parts/none.xml' cannot be opened: No such file or directory"},
     {"main.xml/x", "'main.xml/x' cannot be opened: Not a directory"},
     {"http://localhost/a.xml", "'http://localhost/a.xml' is a URL; expected the name of a file"},
     {"file:///etc/passwd", "'file:///etc/passwd' is a URL; expected the name of a file"},
   };
+  assert_true(mkfifo("scene/pipe", 0600) == 0 || errno == EEXIST);
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
     char text[256], expected[512];
     snprintf(text, sizeof text, "<scene><include href='%s'/><sphere/></scene>", cases[i].href);
