@@ -5,14 +5,16 @@
  *
  *   zs_scene   the specification: mutable, used by one thread at a time
  *   zs_field   the compiled model: immutable, reference counted, shared by all
- *   zs_eval    the working data of one thread: everything allocated up front
+ *   zs_eval    the working data of one thread: evaluating allocates only what
+ *              shorter programs need, and takes no lock
  *
  * Conventions.  Lengths are in scene units, axes are right-handed with z up.
  * Boxes are (lo, hi) corners.  Everything that ends in _new or _load is freed
  * by the matching _free or _unref, both of which accept NULL; all other
- * pointers are borrowed.  A fallible call returns NULL or false after
- * reporting at least one error to the sink `diag`, which may be NULL.  The
- * library never prints, exits or aborts, and keeps no global state. */
+ * pointers are borrowed, and NULL only where it says so.  A fallible call that
+ * takes a sink `diag`, which may be NULL, returns NULL or false after reporting
+ * at least one error to it.  The library never prints, exits or aborts, and
+ * keeps no global state. */
 #ifndef ZEROSET_H
 #define ZEROSET_H
 
@@ -76,10 +78,22 @@ typedef struct zs_diag {
   zs_status status;
 } zs_diag;
 
-/* How long jobs run; zs_control_init gives the defaults. */
+/* How jobs run; zs_control_init gives the defaults.  NULL stands for these
+ * wherever a call takes a control. */
 typedef struct zs_control {
   unsigned threads;      /* 0: one per processor; more than 1024 are not used */
-  uint64_t memory_limit; /* bytes of working memory; 0: no limit */
+  /* Bytes; 0: no limit.  Each of these is compared with it by itself, and refused when it is
+   * larger (ZS_ERROR_MEMORY):
+   *   - the bricks of a mesh's grid, with their programs, while they are sampled: those of one
+   *     thread, times the threads; then its vertices and triangles, without those that creases
+   *     add, and what ZS_MESH_FEATURES keeps by vertex
+   *   - one layer of a volume's samples; as many as fit are held at once
+   *   - the arrays by pixel of a picture or slice
+   *   - what a fit is solved with, as predicted from the number of its constraints
+   *   - the samples of <sample> and <minkowski-morph>, the inverse of <lattice-warp>
+   * Scenes, fields, evaluators, what is read from files, <stack> and zs_mesh_simplify do not
+   * count. */
+  uint64_t memory_limit;
   bool brute;            /* evaluate every sample with the whole program */
   bool scalar;           /* compile nodes to scalar operations alone, from their formulas, whose
                             programs get shorter by choices alone: slow; to check, and to measure,
@@ -110,8 +124,10 @@ typedef struct zs_scene_options {
 ZS_API void zs_scene_options_init(zs_scene_options *options);
 
 /* Load a scene from a file, or parse `length` bytes named `name` in messages
- * (relative files are then looked up in the folder of `name`).  Every error in
- * the document is reported, not only the first.  `options` may be NULL. */
+ * (relative files are then looked up in the folder of `name`).  All errors of a
+ * document are looked for, unless it is not well-formed.  The first 50, in the
+ * order of the text, are passed on, and then a note says how many more there
+ * are: here, and where scenes are compiled and checked.  `options` may be NULL. */
 ZS_API zs_scene *zs_scene_load(const char *path, const zs_scene_options *options, zs_diag *diag);
 ZS_API zs_scene *zs_scene_parse(const char *text, size_t length, const char *name,
                                 const zs_scene_options *options, zs_diag *diag);
@@ -137,12 +153,12 @@ ZS_API size_t zs_scene_object_count(const zs_scene *scene);
 ZS_API const char *zs_scene_object(const zs_scene *scene, size_t index);
 
 /* A camera.  `direction` is used when `has_eye` is false: look along it at the
- * whole solid. */
+ * whole solid.  It must not be zero, nor `eye` and `target` the same. */
 typedef struct zs_view {
   const char *id; /* "" when the view has none */
   bool has_eye;
   double eye[3], target[3], up[3], direction[3];
-  double field_of_view; /* degrees, vertical; 0: parallel rays */
+  double field_of_view; /* degrees, vertical, from 0 to below 180; 0: parallel rays */
 } zs_view;
 
 ZS_API size_t zs_scene_view_count(const zs_scene *scene);
@@ -150,7 +166,7 @@ ZS_API bool zs_scene_view(const zs_scene *scene, size_t index, zs_view *view);
 
 /* Compile an object (NULL: the main one) with the parameters as they are now.
  * Fits are made here and remembered by the scene, so that compiling again with
- * other parameters repeats only what changed.  `control` may be NULL. */
+ * other parameters repeats only what changed. */
 ZS_API zs_field *zs_scene_compile(zs_scene *scene, const char *object, const zs_control *control,
                                   zs_diag *diag);
 
@@ -172,8 +188,12 @@ ZS_API bool zs_scene_fit(zs_scene *scene, const char *path, const zs_control *co
 ZS_API zs_field *zs_field_ref(zs_field *field);
 ZS_API void zs_field_unref(zs_field *field);
 
-/* The box the back ends use by default: the scene's domain, or one found
- * around f >= 0; false (ZS_ERROR_UNABLE) for unbounded and empty solids. */
+/* The box for the back ends: the scene's domain as it is, or one found around
+ * f >= 0 by bounds, with a margin of 1 % of its longest side all around.
+ * zs_scene_compile looks for it, and this call then costs nothing; only where it
+ * found none, every call looks again, which may take thousands of bounds.  False
+ * for unbounded and empty solids, and where bounds do not tell (ZS_ERROR_UNABLE);
+ * lo and hi may then hold anything.  May be called by any thread. */
 ZS_API bool zs_field_box(zs_field *field, double lo[3], double hi[3], zs_diag *diag);
 
 /* One variational fit made while compiling. */
@@ -263,8 +283,11 @@ ZS_API void zs_eval_bounds(zs_eval *eval, size_t n, const double (*box_lo)[3],
                            const double (*box_hi)[3], float *lo, float *hi);
 
 /* Restrict the evaluator to a box: until zs_eval_release, only points and
- * boxes inside it may be asked for, and answers come from a shorter program.
- * Restrictions nest, to ZS_MAXIMUM_REGIONS. */
+ * boxes inside it may be asked for, and no more of f than `request` says.
+ * Answers come from a shorter program; without memory for one, from the same as
+ * before.  Restrictions nest, to ZS_MAXIMUM_REGIONS.  False, without a
+ * diagnostic, only when there are so many: nothing is then changed, and there is
+ * nothing to release. */
 enum { ZS_MAXIMUM_REGIONS = 16 };
 ZS_API bool zs_eval_restrict(zs_eval *eval, const double lo[3], const double hi[3],
                              zs_request request);
@@ -272,19 +295,29 @@ ZS_API void zs_eval_release(zs_eval *eval);
 
 /* ---- Back ends -------------------------------------------------------- */
 
-/* A grid of boxes: `count` cells of size `cell` from corner `lo`. */
+/* `control`, `report` and `inside` may be NULL in all of them.  So may the options
+ * of zs_polygonize and zs_render, which are then the defaults, but not those of
+ * slices.
+ * `report` and `inside` tell something only when a job succeeds.  Options, grids
+ * and boxes out of range are errors (ZS_ERROR_ARGUMENT): boxes have lo < hi, and
+ * no coordinate beyond 1e30. */
+
+/* A grid of boxes: `count` cells of size `cell` from corner `lo`, which do not
+ * leave -1e30 .. 1e30.  Counts are from 1 to 2^20 along an axis, and at most
+ * 2^48 in all.  Cells are > 0, and not too small for their coordinates to be
+ * told apart in double precision. */
 typedef struct zs_grid {
   double lo[3];
   double cell[3];
   uint32_t count[3];
 } zs_grid;
 
-/* The grid whose longest side has `resolution` cells; the cell is cubic and
- * the last cell of the other sides may stick out of hi.  False when resolution
- * is 0 or the box is empty. */
+/* The grid whose longest side has `resolution` cells, from 1 to 2^20; the cell
+ * is cubic and the last cell of the other sides may stick out of hi. */
 ZS_API bool zs_grid_fit(zs_grid *grid, const double lo[3], const double hi[3], uint32_t resolution,
                         zs_diag *diag);
-/* The grid with cells of a given size (one number: x = y = z). */
+/* The grid with cells of a given size along each axis; the last ones may stick
+ * out of hi. */
 ZS_API bool zs_grid_fit_cell(zs_grid *grid, const double lo[3], const double hi[3],
                              const double cell[3], zs_diag *diag);
 
@@ -308,10 +341,10 @@ typedef struct zs_mesh_options {
   bool cap;         /* close the surface where it meets the grid's faces; true */
   bool creases;     /* ZS_MESH_CONTOUR: vertices on sharp edges and corners too; true */
   double tolerance; /* vertices lie this close to f = 0, in units of the grid's
-                       longest side; 1e-6 */
+                       longest side, from 1e-7 to 0.01; 1e-6 */
   double collapse;  /* ZS_MESH_FEATURES: neighbouring vertices whose tangent planes are all this
                        close to a place between them become one, as far as the mesh stays a
-                       manifold; in scene units; 0, which keeps all */
+                       manifold; in scene units, finite and >= 0; 0, which keeps all */
 } zs_mesh_options;
 
 ZS_API void zs_mesh_options_init(zs_mesh_options *options);
@@ -321,7 +354,7 @@ typedef struct zs_mesh zs_mesh;
 
 /* Polygonize f = 0 inside the grid.  The result is closed, manifold and
  * oriented whatever f is, and the same for any number of threads.  An empty
- * mesh is an error (ZS_ERROR_UNABLE).  `control`, `report` may be NULL. */
+ * mesh is an error (ZS_ERROR_UNABLE). */
 ZS_API zs_mesh *zs_polygonize(zs_field *field, const zs_grid *grid, const zs_mesh_options *options,
                               const zs_control *control, zs_job_report *report, zs_diag *diag);
 
@@ -344,13 +377,15 @@ ZS_API bool zs_mesh_check(const zs_mesh *mesh, zs_mesh_report *report, zs_diag *
 
 /* Keep the connected components that points select, 3 coordinates each: every
  * point selects the one with the vertex nearest to it, unless that is farther
- * away than `reach`, which may be INFINITY.  The order of what is kept stays.
- * Nothing selected is an error (ZS_ERROR_UNABLE), and leaves the mesh as it is. */
+ * away than `reach`, in scene units from 0 to INFINITY, which is not checked.
+ * The order of what is kept stays.  Nothing selected is an error
+ * (ZS_ERROR_UNABLE), and leaves the mesh as it is. */
 ZS_API bool zs_mesh_keep_components(zs_mesh *mesh, const double *points, size_t count,
                                     double reach, zs_diag *diag);
 
 /* Simplify in place by quadric edge collapses while the surface stays within
- * `error` (scene units) of itself by the quadric measure. */
+ * `error` (scene units, finite and >= 0) of itself by the quadric measure.  The
+ * mesh must be oriented and manifold, with or without boundary. */
 ZS_API bool zs_mesh_simplify(zs_mesh *mesh, double error, const zs_control *control, zs_diag *diag);
 
 /* Write to .stl .ply .obj .off .om by the name's ending, through a file beside
@@ -364,8 +399,8 @@ typedef enum zs_quantity { ZS_QUANTITY_VALUE = 0, ZS_QUANTITY_INSIDE = 1 } zs_qu
 typedef bool zs_slab_sink(void *context, uint32_t z, uint32_t count_z, const void *samples);
 
 /* Sample f at the cell centres of a grid, slab by slab in order of z: bounded
- * memory for any size.  `inside`, when not NULL, gets the number of samples
- * with f >= 0. */
+ * memory for any size.  `inside` gets the number of samples with f >= 0.  A sink
+ * that returns false ends the job with ZS_CANCELLED. */
 ZS_API bool zs_voxelize(zs_field *field, const zs_grid *grid, zs_quantity quantity,
                         zs_slab_sink *sink, void *context, uint64_t *inside,
                         const zs_control *control, zs_job_report *report, zs_diag *diag);
@@ -399,7 +434,7 @@ typedef enum zs_render_mode {
 } zs_render_mode;
 
 typedef struct zs_render_options {
-  uint32_t width, height; /* 800 x 600 */
+  uint32_t width, height; /* from 1 to 32768 each; 800 x 600 */
   zs_render_mode mode;
   zs_view view;           /* from the scene, or zs_view_named */
 } zs_render_options;
@@ -409,26 +444,29 @@ ZS_API void zs_render_options_init(zs_render_options *options);
 ZS_API bool zs_view_named(zs_view *view, const char *name, zs_diag *diag);
 
 /* Ray-cast the part of the solid inside a box.  A cut by the box is shaded as
- * a flat face.  `options` may be NULL. */
+ * a flat face.  What `image` holds before is not looked at, nor freed; after an
+ * error it is empty. */
 ZS_API bool zs_render(zs_field *field, const double lo[3], const double hi[3],
                       const zs_render_options *options, zs_image *image, const zs_control *control,
                       zs_job_report *report, zs_diag *diag);
 
 typedef struct zs_slice_options {
-  uint32_t width, height; /* pixels; 1024 x 1024 */
+  uint32_t width, height; /* pixels, from 1 to 32768 each; 1024 x 1024 */
   int axis;               /* 0 x, 1 y, 2 z */
-  double at;              /* where along the axis */
+  double at;              /* where along the axis, within the box or on its faces; 0 */
   zs_quantity quantity;   /* VALUE: a coloured field with contour lines; INSIDE: black and white */
   bool correspondence;    /* false; true: draw over it what becomes what (zs_correspondence): of
                              gaps that the plane lies in, across their axis, arrows and the outlines
-                             on both levels; of others arrows only, seen from where the slice is */
+                             on both levels; of others arrows only, seen from where the slice is.
+                             An error in a picture of INSIDE */
 } zs_slice_options;
 
 ZS_API void zs_slice_options_init(zs_slice_options *options);
 
 /* A cross-section of the box as a picture.  Pixels are square: the box is
  * centred in the picture.  Seen from the axis' positive end, so that for z the
- * picture's right is x and its top is y. */
+ * picture's right is x and its top is y.  `inside` gets the number of pixels in
+ * the box with f >= 0; `image` is as in zs_render. */
 ZS_API bool zs_slice(zs_field *field, const double lo[3], const double hi[3],
                      const zs_slice_options *options, zs_image *image, uint64_t *inside,
                      const zs_control *control, zs_job_report *report, zs_diag *diag);

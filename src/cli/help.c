@@ -5,8 +5,9 @@
 #include <string.h>
 
 const cli_command cli_commands[] = {
-  {"check", CLI_CHECK, "SCENE", "report every error and warning of a scene",
-   "Reads the scene, compiles every object and prints every diagnostic, nothing else.",
+  {"check", CLI_CHECK, "SCENE", "report the errors and warnings of a scene",
+   "Reads the scene, compiles every object and prints the diagnostics, nothing else; after 50 "
+   "errors, how many more there are.",
    NULL, cli_check},
   {"info", CLI_INFO, "SCENE", "describe a scene: parameters, objects, bounds, operations, fits",
    "Lists the parameters with their values and ranges, the objects and views, the box that the "

@@ -155,7 +155,11 @@ static bool parse_bounds(const cli_option *option, const char *text, cli_options
   return true;
 }
 
-enum { MAXIMUM_RESOLUTION = 100000, MAXIMUM_SIDE = 65535, MAXIMUM_THREADS = 1024 };
+enum {
+  MAXIMUM_RESOLUTION = 100000,
+  MAXIMUM_SIDE = 32768, /* of pictures, as zeroset.h says of zs_render_options */
+  MAXIMUM_THREADS = 1024
+};
 
 static bool parse_resolution(const cli_option *option, const char *text, cli_options *options)
 {
@@ -219,7 +223,7 @@ static bool parse_size(const cli_option *option, const char *text, cli_options *
       return true;
     }
   }
-  return expected(option, text, "WIDTHxHEIGHT in pixels, such as 800x600, each from 1 to 65535");
+  return expected(option, text, "WIDTHxHEIGHT in pixels, such as 800x600, each from 1 to 32768");
 }
 
 static bool parse_at(const cli_option *option, const char *text, cli_options *options)
@@ -338,7 +342,10 @@ const cli_option cli_option_table[] = {
   {"threads", 'j', "N", SCENES, .parse = parse_threads,
    .help = "Threads to use (default: one per processor)"},
   {"memory", 0, "SIZE", SCENES, .parse = parse_memory,
-   .help = "Limit of working memory, such as 8G; work that would need more is refused"},
+   .help = "Limit, such as 8G, that each of these is held against by itself, and refused when it "
+           "is larger: a mesh and the grid that it is made on, a layer of a volume, a picture, a "
+           "fit, and the samples that an element is made into.  Data from files, stacks and "
+           "--simplify do not count"},
   {"brute", 0, NULL, FILES, AT(brute), .parse = parse_flag,
    .help = "Evaluate every sample with the whole program, to check the pruning"},
   {"allow-path", 0, "DIR", SCENES, .parse = parse_allow_path,

@@ -206,6 +206,7 @@ static void test_wrong_command_lines(void **state)
     {"render|s.xml|-o|v.png|--size|800x600x2", "--size: '800x600x2'"},
     {"render|s.xml|-o|v.png|--size|800x-600", "--size: '800x-600'"},
     {"render|s.xml|-o|v.png|--size|99999x600", "--size: '99999x600'"},
+    {"slice|s.xml|-o|v.png|--size|600x32769", "each from 1 to 32768"},
     {"slice|s.xml|-o|v.png|--z|1|--axis|x", "--z excludes"},
     {"slice|s.xml|-o|v.png|--axis|w", "x, y or z"},
     {"slice|s.xml|-o|v.jpg", "one of .png .svg"},
