@@ -88,6 +88,15 @@ static double coordinate_step(const zs_polygonize_job *job)
   return reach * FLT_EPSILON;
 }
 
+/* How far the lattice of `features` lies aside of the grid, in cells.  Faces of a solid that lie
+ * in planes of the grid, as those of boxes like to, would leave it to rounding which corners are
+ * inside, and with them whether a cell has a sharp edge at all. */
+static double aside(const zs_polygonize_job *job, int axis)
+{
+  static const double cells[3] = {0x1p-15, 0x1.6p-15, 0x1.4p-16};
+  return job->features ? cells[axis] * job->cell[axis] : 0;
+}
+
 /* The lattice of a grid.  One layer of cells is cut into two: caps need two to
  * be manifold. */
 static void set_lattice(zs_polygonize_job *job, const zs_grid *grid, double tolerance)
@@ -95,8 +104,8 @@ static void set_lattice(zs_polygonize_job *job, const zs_grid *grid, double tole
   double longest = 0;
   for (int k = 0; k < 3; k++) {
     bool thin = grid->count[k] == 1;
-    job->lo[k] = grid->lo[k];
     job->cell[k] = thin ? grid->cell[k] / 2 : grid->cell[k];
+    job->lo[k] = grid->lo[k] + aside(job, k);
     job->corners[k] = (thin ? 2 : grid->count[k]) + 3;
     job->bricks[k] = (job->corners[k] + ZS_BRICK - 1) / ZS_BRICK;
     longest = fmax(longest, grid->cell[k] * grid->count[k]);
@@ -285,6 +294,21 @@ static bool run_contour(zs_polygonize_job *job, double *evaluated)
          zs_polygonize_triangles(job);
 }
 
+/* Move what lies on an outermost plane of the lattice back to the face of the grid, and what is
+ * near it by less the further away it is, so that vertices stay apart. */
+static void put_back(const zs_polygonize_job *job, int axis, double plane)
+{
+  const double away = aside(job, axis), reach = job->cell[axis] / 2;
+  for (size_t i = 0; i < job->mesh->vertex_count; i++) {
+    float *at = &job->mesh->positions[3 * i + (size_t)axis];
+    const double from = fabs((double)*at - plane);
+    if (*at == (float)plane)
+      *at = (float)(plane - away);
+    else if (from < reach)
+      *at = (float)((double)*at - away * (1 - from / reach));
+  }
+}
+
 /* Method `features`: the mesh is that of the vertices on crossing edges first. */
 static bool run_features(zs_polygonize_job *job, double *evaluated)
 {
@@ -298,6 +322,10 @@ static bool run_features(zs_polygonize_job *job, double *evaluated)
   zs_mesh_free(job->mesh);
   job->mesh = job->dual;
   job->dual = NULL;
+  for (int k = 0; k < 3; k++) {
+    put_back(job, k, job->lo[k]);
+    put_back(job, k, job->lo[k] + job->cell[k] * (job->corners[k] - 3));
+  }
   return true;
 }
 
