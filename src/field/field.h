@@ -36,7 +36,8 @@ bool zs_instruction_same_operation(const zs_instruction *a, const zs_instruction
 typedef struct zs_findings {
   const zs_choice *choices, *links; /* by ordinal */
   /* By instruction: lanes in which its value is nothing but 0.  There it becomes the constant;
-   * should it be -0 for some points, it loses its sign.  Or NULL. */
+   * should it be -0 for some points, it loses its sign, so that there are none where this
+   * matters.  Or NULL. */
   const uint16_t *zeros;
 } zs_findings;
 

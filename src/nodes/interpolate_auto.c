@@ -162,7 +162,7 @@ static bool find_box(const zs_node *between, const zs_node *const levels[2], dou
       hi[c] = fmax(hi[c], to[c]);
     }
   }
-  return true;
+  return hi[0] > lo[0] || hi[1] > lo[1];
 }
 
 bool zs_between_find_pairs(zs_compiler *compiler, const zs_node *between,

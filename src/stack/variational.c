@@ -28,6 +28,10 @@ static const double DISTANCES = 0.2;
 static const double WIDE = 12, SCALES[] = {1, 0.6}, BOUND = 8;
 enum { SCALE_COUNT = sizeof SCALES / sizeof SCALES[0] };
 
+/* Gaps beside one count as no more than so many times as long or as short; the one itself is at
+ * least so many pixels long. */
+static const double UNEVEN = 3, LEAST_GAP = 0.25;
+
 /* Blocks overlap by this many pixels, or this part of the gap. */
 static const double OVERLAP = 6, OVERLAP_OF_GAP = 0.5, MOST_OVERLAP = 24;
 
@@ -47,10 +51,6 @@ static double length_of(const zs_joiner *j, size_t gap)
 {
   return j->slices->slices[gap + 1].height - j->slices->slices[gap].height;
 }
-
-/* Gaps beside one count as no more than so many times as long or as short; the one itself is at
- * least so many pixels long. */
-static const double UNEVEN = 3, LEAST_GAP = 0.25;
 
 static double own_length_of(const zs_joiner *j, size_t gap)
 {

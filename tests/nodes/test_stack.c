@@ -628,20 +628,16 @@ static void test_least(void **unused)
 static void test_ends_are_inside(void **unused)
 {
   (void)unused;
-  for (int i = 0; i < 3; i++) {
-    char name[20];
-    snprintf(name, sizeof name, "end%d.pgm", i);
-    write_disc(name, 8, 8, 4, 255);
-  }
+  write_series();
   for (int k = 0; k < 40; k++) {
     const double spacing = 0.37 + 0.773 * k, first = 3.1 * k;
     char text[200];
-    snprintf(text, sizeof text, "<stack src='end*.pgm' pixel='0.75' spacing='%.9g' "
+    snprintf(text, sizeof text, "<stack src='run*.pgm' pixel='0.75' spacing='%.9g' "
              "origin='0 0 %.9g'/>", spacing, first);
     zs_field *field = compile(text);
     zs_eval *eval = evaluator(field);
     for (int end = 0; end < 2; end++) {
-      const float x = 8 * 0.75f, y = 8 * 0.75f, z = (float)(first + 2 * end * spacing);
+      const float x = 6.5f * 0.75f, y = 8 * 0.75f, z = (float)(first + 3 * end * spacing);
       float f;
       zs_eval_values(eval, NULL, 1, &x, &y, &z, &f);
       assert_true(f >= 0);

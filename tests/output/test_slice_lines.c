@@ -330,7 +330,8 @@ static void test_refused(void **unused)
 int main(void)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_circle), cmocka_unit_test(test_far_circle), cmocka_unit_test(test_read_back),
+    cmocka_unit_test(test_circle), cmocka_unit_test(test_far_circle),
+    cmocka_unit_test(test_read_back),
     cmocka_unit_test(test_nothing_and_everything), cmocka_unit_test(test_told),
     cmocka_unit_test(test_drawn), cmocka_unit_test(test_painted), cmocka_unit_test(test_refused),
   };

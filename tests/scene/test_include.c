@@ -1,7 +1,6 @@
 /* Files: relative names, includes, and the fence around the scene's folder. */
 #include "zeroset.h"
 
-#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -41,7 +40,7 @@ static int leave(void **state)
   (void)state;
   static const char *const files[] = {
     "scene/main.xml", "scene/parts/a.xml", "scene/parts/b.xml", "scene/parts/c.xml",
-    "scene/link.xml", "scene/folder-link", "outside.xml"};
+    "scene/link.xml", "scene/folder-link", "scene/pipe", "outside.xml"};
   for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
     unlink(files[i]);
   rmdir("scene/parts");
@@ -212,7 +211,7 @@ static void test_what_is_no_file(void **state)
     {"http://localhost/a.xml", "'http://localhost/a.xml' is a URL; expected the name of a file"},
     {"file:///etc/passwd", "'file:///etc/passwd' is a URL; expected the name of a file"},
   };
-  assert_true(mkfifo("scene/pipe", 0600) == 0 || errno == EEXIST);
+  assert_int_equal(mkfifo("scene/pipe", 0600), 0);
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
     char text[256], expected[512];
     snprintf(text, sizeof text, "<scene><include href='%s'/><sphere/></scene>", cases[i].href);
