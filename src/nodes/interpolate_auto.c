@@ -1,5 +1,6 @@
 /* Pairs of <between correspondence="auto">: two shapes are drawn on pixels, one is registered
- * to the other, and points along the outline half-way become pairs. */
+ * to the other, and points along the outline half-way become pairs.  Each shape fills its drawing,
+ * so that how large it is and where does not matter. */
 #include "nodes/interpolate.h"
 
 #include "samples/picture.h"
@@ -10,7 +11,7 @@
 #include <string.h>
 
 enum {
-  PIXELS = 96,  /* along the longer side of both shapes */
+  PIXELS = 96,  /* along the longer side of a shape */
   MARGIN = 12,  /* of pixels around them */
   MOST_PAIRS = 32
 };
@@ -21,30 +22,49 @@ static const float PLIANT = 30;
 /* How near to the outline half-way, and to each other, points are, in pixels. */
 static const float NEAR = 0.75F, APART = 4;
 
-/* Two shapes on the same pixels. */
-typedef struct drawing {
+/* The pixels of a shape. */
+typedef struct sheet {
   double lo[2], cell; /* the lower left corner of the first pixel; a pixel's side */
+  float *distance;
+} sheet;
+
+/* Two shapes on as many pixels each. */
+typedef struct drawing {
   size_t width, height;
-  float *distance[2];
+  sheet sheets[2];
 } drawing;
 
+/* The box around a shape. */
+typedef struct box {
+  double lo[2], hi[2];
+} box;
+
 /* False when memory is out. */
-static bool lay_out(drawing *d, const double lo[2], const double hi[2])
+static bool lay_out(drawing *d, const box boxes[2])
 {
-  d->cell = fmax(hi[0] - lo[0], hi[1] - lo[1]) / PIXELS;
-  d->width = (size_t)ceil((hi[0] - lo[0]) / d->cell) + 2 * MARGIN;
-  d->height = (size_t)ceil((hi[1] - lo[1]) / d->cell) + 2 * MARGIN;
-  for (int k = 0; k < 2; k++) {
-    d->lo[k] = lo[k] - MARGIN * d->cell;
-    d->distance[k] = malloc((d->width + 2) * (d->height + 2) * sizeof *d->distance[k]);
+  double most[2] = {0, 0};
+  for (int i = 0; i < 2; i++) {
+    const double sides[2] = {boxes[i].hi[0] - boxes[i].lo[0], boxes[i].hi[1] - boxes[i].lo[1]};
+    d->sheets[i].cell = fmax(sides[0], sides[1]) / PIXELS;
+    for (int k = 0; k < 2; k++)
+      most[k] = fmax(most[k], sides[k] / d->sheets[i].cell);
   }
-  return d->distance[0] && d->distance[1];
+  d->width = (size_t)ceil(most[0]) + 2 * MARGIN;
+  d->height = (size_t)ceil(most[1]) + 2 * MARGIN;
+  for (int i = 0; i < 2; i++) {
+    sheet *s = &d->sheets[i];
+    for (int k = 0; k < 2; k++)
+      s->lo[k] = (boxes[i].lo[k] + boxes[i].hi[k]) / 2 -
+                 (double)(k ? d->height : d->width) / 2 * s->cell;
+    s->distance = malloc((d->width + 2) * (d->height + 2) * sizeof *s->distance);
+  }
+  return d->sheets[0].distance && d->sheets[1].distance;
 }
 
 /* f at the centres of pixels, as brightness about 1 where it is 0.  False when memory is out. */
-static bool sample(const drawing *d, zs_field *field, float *pixels)
+static bool sample(const drawing *d, const sheet *s, zs_field *field, float *pixels)
 {
-  const double origin[3] = {d->lo[0], d->lo[1], 0};
+  const double origin[3] = {s->lo[0], s->lo[1], 0};
   zs_eval *eval = zs_eval_new(field, NULL);
   float *row = malloc(3 * d->width * sizeof *row);
   if (!eval || !row) {
@@ -55,8 +75,8 @@ static bool sample(const drawing *d, zs_field *field, float *pixels)
   float *x = row, *y = row + d->width, *z = y + d->width, most = 0;
   for (size_t j = 0; j < d->height; j++) {
     for (size_t i = 0; i < d->width; i++) {
-      x[i] = (float)(((double)i + 0.5) * d->cell);
-      y[i] = (float)(((double)j + 0.5) * d->cell);
+      x[i] = (float)(((double)i + 0.5) * s->cell);
+      y[i] = (float)(((double)j + 0.5) * s->cell);
       z[i] = 0;
     }
     zs_eval_values(eval, origin, d->width, x, y, z, pixels + j * d->width);
@@ -72,13 +92,13 @@ static bool sample(const drawing *d, zs_field *field, float *pixels)
 }
 
 /* The distances of a shape, without the margin that zs_picture_distance adds. */
-static zs_picture_result draw(drawing *d, int k, zs_field *field)
+static zs_picture_result draw(drawing *d, int i, zs_field *field)
 {
   float *pixels = malloc(d->width * d->height * sizeof *pixels);
   zs_picture_result result = ZS_PICTURE_MEMORY;
-  if (pixels && sample(d, field, pixels)) {
+  if (pixels && sample(d, &d->sheets[i], field, pixels)) {
     const zs_picture picture = {d->width, d->height, pixels, 1};
-    float *distance = d->distance[k];
+    float *distance = d->sheets[i].distance;
     result = zs_picture_distance(&picture, 1, distance);
     for (size_t j = 0; result == ZS_PICTURE_DONE && j < d->height; j++)
       memmove(distance + j * d->width, distance + (j + 1) * (d->width + 2) + 1,
@@ -97,16 +117,19 @@ static size_t choose(const drawing *d, const zs_motion *m, float apart, double (
   for (size_t i = 0; i < d->width * d->height && count < MOST_PAIRS; i++) {
     const float x = (float)(i % d->width), y = (float)(i / d->width);
     const float u[2] = {m->u[0][i] / 2, m->u[1][i] / 2};
-    const float f = (zs_motion_sample(d->distance[0], d->width, d->height, x - u[0], y - u[1]) +
-                     zs_motion_sample(d->distance[1], d->width, d->height, x + u[0], y + u[1])) / 2;
+    const float f = (zs_motion_sample(d->sheets[0].distance, d->width, d->height, x - u[0],
+                                      y - u[1]) +
+                     zs_motion_sample(d->sheets[1].distance, d->width, d->height, x + u[0],
+                                      y + u[1])) / 2;
     bool good = fabsf(f) < NEAR;
     for (size_t k = 0; k < count && good; k++)
       good = hypotf(chosen[k][0] - x, chosen[k][1] - y) >= apart;
     if (!good)
       continue;
     for (int c = 0; c < 4; c++) {
+      const sheet *s = &d->sheets[c / 2];
       const double at = (double)((c % 2 ? y : x) + (c < 2 ? -u[c % 2] : u[c % 2])) + 0.5;
-      ends[count][c] = d->lo[c % 2] + at * d->cell;
+      ends[count][c] = s->lo[c % 2] + at * s->cell;
     }
     chosen[count][0] = x;
     chosen[count++][1] = y;
@@ -118,8 +141,8 @@ static size_t choose(const drawing *d, const zs_motion *m, float apart, double (
 static bool find_pairs(const drawing *d, double (*ends)[4], size_t *count)
 {
   zs_motion m;
-  const bool found =
-    zs_motion_find(&m, d->distance[0], d->distance[1], d->width, d->height, PLIANT, true);
+  const bool found = zs_motion_find(&m, d->sheets[0].distance, d->sheets[1].distance, d->width,
+                                    d->height, PLIANT, true);
   if (found) {
     float apart = APART;
     do {
@@ -135,34 +158,30 @@ static bool find_pairs(const drawing *d, double (*ends)[4], size_t *count)
 static bool draw_and_find(drawing *d, zs_field *const fields[2], double (*ends)[4], size_t *count)
 {
   zs_picture_result result = ZS_PICTURE_DONE;
-  for (int k = 0; k < 2 && result == ZS_PICTURE_DONE; k++)
-    result = draw(d, k, fields[k]);
+  for (int i = 0; i < 2 && result == ZS_PICTURE_DONE; i++)
+    result = draw(d, i, fields[i]);
   return result == ZS_PICTURE_DONE ? find_pairs(d, ends, count) : result != ZS_PICTURE_MEMORY;
 }
 
-/* The box around both shapes.  Without one there are no pairs, of which a warning tells. */
-static bool find_box(const zs_node *between, const zs_node *const levels[2], double lo[2],
-                     double hi[2], zs_diag *diag)
+/* Without a box around each shape there are no pairs, of which a warning tells. */
+static bool find_boxes(const zs_node *between, const zs_node *const levels[2], box boxes[2],
+                       zs_diag *diag)
 {
-  for (int c = 0; c < 2; c++) {
-    lo[c] = INFINITY;
-    hi[c] = -INFINITY;
-  }
-  for (int k = 0; k < 2; k++) {
-    double from[3], to[3];
-    if (!zs_level_box(levels[k], from, to)) {
+  for (int i = 0; i < 2; i++) {
+    double lo[3], hi[3];
+    if (!zs_level_box(levels[i], lo, hi)) {
       const zs_place place = zs_node_place(between, "correspondence");
       zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
                 "there are no pairs: the shape at %g is empty or has no bounds",
-                zs_level_height(levels[k]));
+                zs_level_height(levels[i]));
       return false;
     }
-    for (int c = 0; c < 2; c++) {
-      lo[c] = fmin(lo[c], from[c]);
-      hi[c] = fmax(hi[c], to[c]);
-    }
+    memcpy(boxes[i].lo, lo, sizeof boxes[i].lo);
+    memcpy(boxes[i].hi, hi, sizeof boxes[i].hi);
+    if (!(hi[0] > lo[0] || hi[1] > lo[1]))
+      return false;
   }
-  return hi[0] > lo[0] || hi[1] > lo[1];
+  return true;
 }
 
 bool zs_between_find_pairs(zs_compiler *compiler, const zs_node *between,
@@ -171,22 +190,22 @@ bool zs_between_find_pairs(zs_compiler *compiler, const zs_node *between,
   drawing d = {.width = 0};
   zs_diag *diag = zs_compiler_diag(compiler);
   zs_field *fields[2] = {NULL, NULL};
-  double lo[2], hi[2];
+  box boxes[2];
   *count = 0;
   *ends = zs_arena_alloc(zs_compiler_arena(compiler), MOST_PAIRS, sizeof **ends);
   if (!*ends)
     return zs_fail_memory(diag);
-  if (!find_box(between, levels, lo, hi, diag))
+  if (!find_boxes(between, levels, boxes, diag))
     return true;
-  for (int k = 0; k < 2; k++)
-    fields[k] = zs_children_field(compiler, levels[k], diag);
+  for (int i = 0; i < 2; i++)
+    fields[i] = zs_children_field(compiler, levels[i], diag);
   bool done = fields[0] && fields[1];
   if (done)
-    done = (lay_out(&d, lo, hi) && draw_and_find(&d, fields, *ends, count)) ||
+    done = (lay_out(&d, boxes) && draw_and_find(&d, fields, *ends, count)) ||
            zs_fail_memory(diag);
-  for (int k = 0; k < 2; k++) {
-    free(d.distance[k]);
-    zs_field_unref(fields[k]);
+  for (int i = 0; i < 2; i++) {
+    free(d.sheets[i].distance);
+    zs_field_unref(fields[i]);
   }
   return done;
 }

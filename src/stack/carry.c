@@ -65,10 +65,12 @@ static void find_half_way(const zs_joiner *j, ptrdiff_t gap, const float p[2], f
   memcpy(m, p, 2 * sizeof *m);
   for (int k = 0; k < MOST_STEPS && step > SETTLED; k++) {
     displacement(j, gap, m, u);
-    const float x = p[0] - on * u[0], y = p[1] - on * u[1];
-    step = fabsf(x - m[0]) + fabsf(y - m[1]);
-    m[0] = x;
-    m[1] = y;
+    float off[2] = {p[0] - on * u[0] - m[0], p[1] - on * u[1] - m[1]};
+    if (moves(j, gap))
+      zs_motion_shrink(&j->motions[gap].growth, on, off);
+    step = fabsf(off[0]) + fabsf(off[1]);
+    m[0] += off[0];
+    m[1] += off[1];
   }
 }
 

@@ -89,43 +89,84 @@ static void differentiate(level *l)
 
 /* ---- Alignment ---------------------------------------------------------------------------- */
 
-/* Centre and extent of what is inside, by axis. */
+/* As zs_motion_matrix, but of more digits. */
+typedef struct symmetric {
+  double xx, xy, yy;
+} symmetric;
+
+static double determinant(const symmetric *a)
+{
+  return a->xx * a->yy - a->xy * a->xy;
+}
+
+/* Where what is inside lies, and how far it spreads. */
 typedef struct moments {
-  double centre[2], extent[2];
+  double centre[2];
+  symmetric spread; /* covariance, of pixels that are squares: invertible */
 } moments;
 
 static moments moments_of(const float *field, size_t width, size_t height)
 {
-  double count = 0, sum[2] = {0, 0}, square[2] = {0, 0};
+  double count = 0, sum[2] = {0, 0}, xx = 0, xy = 0, yy = 0;
   for (size_t i = 0; i < width * height; i++) {
     if (field[i] < 0)
       continue;
-    const double at[2] = {(double)(i % width), (double)(i / width)};
+    const double x = (double)(i % width), y = (double)(i / width);
     count++;
-    for (int k = 0; k < 2; k++) {
-      sum[k] += at[k];
-      square[k] += at[k] * at[k];
-    }
+    sum[0] += x;
+    sum[1] += y;
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
   }
-  moments m;
-  for (int k = 0; k < 2; k++) {
-    m.centre[k] = sum[k] / count;
-    m.extent[k] = sqrt(fmax(square[k] / count - m.centre[k] * m.centre[k], 0)) + 0.3;
-  }
-  return m;
+  static const double PIXEL = 1.0 / 12;
+  const double x = sum[0] / count, y = sum[1] / count;
+  return (moments){{x, y},
+                   {fmax(xx / count - x * x, 0) + PIXEL, xy / count - x * y,
+                    fmax(yy / count - y * y, 0) + PIXEL}};
 }
 
-/* What takes one centre to the other, and one extent to the other in two equal steps. */
-static void align_level(level *l, const moments *a, const moments *b)
+/* What takes one centre to the other, and one spread to the other in two equal steps. */
+typedef struct alignment {
+  double middle[2], shift[2];
+  symmetric grow;  /* how the displacement changes from the middle on */
+  double scale[2]; /* of either's distances, to be those half-way */
+} alignment;
+
+/* The map of spreads is the one that neither turns nor reflects: the geometric mean A of the inverse
+ * of the one and of the other matrix.  Half-way (1 + A) / 2 has been done, so that what is left and
+ * what is behind differ by 2 (A - 1) / (A + 1). */
+static alignment align(const moments *from, const moments *to)
 {
-  for (size_t i = 0; i < l->width * l->height; i++)
-    for (int k = 0; k < 2; k++) {
-      const double at = l->scale * ((double)(k ? i / l->width : i % l->width) + 0.5) - 0.5;
-      const double grow = (b->extent[k] - a->extent[k]) / sqrt(a->extent[k] * b->extent[k]);
-      const double u =
-        b->centre[k] - a->centre[k] + grow * (at - (a->centre[k] + b->centre[k]) / 2);
-      l->start[k][i] = (float)(u / l->scale);
-    }
+  const double a = determinant(&from->spread), b = determinant(&to->spread);
+  /* The inverse and the other, with determinants of 1, add up to a multiple of A. */
+  const double p = 1 / sqrt(a), q = 1 / sqrt(b);
+  symmetric sum = {from->spread.yy * p + to->spread.xx * q, to->spread.xy * q - from->spread.xy * p,
+                   from->spread.xx * p + to->spread.yy * q};
+  const double scale = sqrt(sqrt(b / a) / determinant(&sum));
+  const symmetric A = {sum.xx * scale, sum.xy * scale, sum.yy * scale};
+  const symmetric more = {A.xx + 1, A.xy, A.yy + 1};
+  const double twice = 2 / determinant(&more);
+  alignment all = {.grow = {twice * ((A.xx - 1) * more.yy - A.xy * A.xy), twice * 2 * A.xy,
+                            twice * ((A.yy - 1) * more.xx - A.xy * A.xy)}};
+  for (int k = 0; k < 2; k++) {
+    all.middle[k] = (from->centre[k] + to->centre[k]) / 2;
+    all.shift[k] = to->centre[k] - from->centre[k];
+    const double on = k ? 0.5 : -0.5;
+    const symmetric own = {1 + on * all.grow.xx, on * all.grow.xy, 1 + on * all.grow.yy};
+    all.scale[k] = 1 / sqrt(determinant(&own));
+  }
+  return all;
+}
+
+static void align_level(level *l, const alignment *all)
+{
+  for (size_t i = 0; i < l->width * l->height; i++) {
+    const double x = l->scale * ((double)(i % l->width) + 0.5) - 0.5 - all->middle[0];
+    const double y = l->scale * ((double)(i / l->width) + 0.5) - 0.5 - all->middle[1];
+    l->start[0][i] = (float)((all->shift[0] + all->grow.xx * x + all->grow.xy * y) / l->scale);
+    l->start[1][i] = (float)((all->shift[1] + all->grow.xy * x + all->grow.yy * y) / l->scale);
+  }
 }
 
 /* ---- Registration ---------------------------------------------------------------------------- */
@@ -218,19 +259,20 @@ static bool have_common_pixel(const float *a, const float *b, size_t count)
   return false;
 }
 
-/* The levels' fields, the finest first. */
+/* The levels' fields, the finest first: `scale` times those given. */
 static bool make_pyramid(level *levels, unsigned count, const float *const fields[2],
-                         size_t width, size_t height)
+                         const double scale[2], size_t width, size_t height)
 {
   for (unsigned l = 0; l < count; l++) {
     if (!make_level(&levels[l], width, height, (float)(1U << l)))
       return false;
     for (int k = 0; k < 2; k++)
-      if (l == 0)
-        memcpy(levels[0].field[k], fields[k], width * height * sizeof *fields[k]);
-      else
+      if (l > 0)
         halve(levels[l - 1].field[k], levels[l - 1].width, levels[l - 1].height, &levels[l],
               levels[l].field[k]);
+      else
+        for (size_t i = 0; i < width * height; i++)
+          levels[0].field[k][i] = (float)scale[k] * fields[k][i];
     width = (width + 1) / 2;
     height = (height + 1) / 2;
   }
@@ -240,7 +282,7 @@ static bool make_pyramid(level *levels, unsigned count, const float *const field
 }
 
 bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_t width,
-                    size_t height, float smoothness, bool align)
+                    size_t height, float smoothness, bool aligned)
 {
   const size_t count = width * height;
   const float *const fields[2] = {from, to};
@@ -249,25 +291,32 @@ bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_
   bool memory = allocate(&motion->u[0], count) && allocate(&motion->u[1], count) &&
                 allocate(&motion->gate, count);
   motion->apart = !have_common_pixel(from, to, count);
+  alignment between = {.scale = {1, 1}};
+  if (aligned || motion->apart) {
+    const moments a = moments_of(from, width, height), b = moments_of(to, width, height);
+    between = align(&a, &b);
+  }
   unsigned used = 1;
-  while (used < (align || motion->apart ? LEVELS : LEVELS - 1U) && (width >> used) >= LEAST &&
+  while (used < (aligned || motion->apart ? LEVELS : LEVELS - 1U) && (width >> used) >= LEAST &&
          (height >> used) >= LEAST)
     used++;
-  memory = memory && make_pyramid(levels, used, fields, width, height);
-  const moments a = moments_of(from, width, height), b = moments_of(to, width, height);
+  memory = memory && make_pyramid(levels, used, fields, between.scale, width, height);
   for (unsigned l = used; memory && l-- > 0;) {
-    if (align || motion->apart)
-      align_level(&levels[l], &a, &b);
+    align_level(&levels[l], &between);
     if (l + 1 < used)
       refine(&levels[l + 1], &levels[l]);
     register_level(&levels[l], smoothness);
   }
   if (memory) {
+    float *const work[4] = {levels[0].rest, levels[0].weight, levels[0].gx, levels[0].gy};
+    motion->growth = (zs_motion_matrix){(float)between.grow.xx, (float)between.grow.xy,
+                                        (float)between.grow.yy};
+    for (int k = 0; k < 2; k++)
+      memcpy(motion->u[k], levels[0].v[k], count * sizeof *motion->u[k]);
+    zs_motion_limit(motion, work);
     for (size_t i = 0; i < count; i++)
       for (int k = 0; k < 2; k++)
-        motion->u[k][i] = levels[0].start[k][i] + levels[0].v[k][i];
-    float *const work[4] = {levels[0].rest, levels[0].weight, levels[0].gx, levels[0].gy};
-    zs_motion_limit(motion, work);
+        motion->u[k][i] += levels[0].start[k][i];
     zs_motion_find_gate(motion, from, to, work);
   }
   for (unsigned l = 0; l < LEVELS; l++)

@@ -11,9 +11,17 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* A symmetric matrix. */
+typedef struct zs_motion_matrix {
+  float xx, xy, yy;
+} zs_motion_matrix;
+
 typedef struct zs_motion {
   size_t width, height;
   float *u[2]; /* width x height numbers each, in pixels */
+  /* By how much u changes with the place since one shape is larger than the other all in all, or
+   * shorter and wider; 0 where they were not aligned. */
+  zs_motion_matrix growth;
   /* Where it takes the motion (0 .. 1): there what is solid or open half-way would thin out
    * without it. */
   float *gate;
@@ -21,12 +29,22 @@ typedef struct zs_motion {
 } zs_motion;
 
 /* The motion from one field of distances to another, `smoothness` (30 .. 100) being how stiff
- * it is; `align` begins with the motion of their centres and extents, as is done in any case
- * when the shapes have no pixel in common.  Both have something inside.  False when memory is
- * out; zs_motion_clear in any case. */
+ * it is; `aligned` begins with the motion of their centres and spreads, as is done in any case
+ * when the shapes have no pixel in common: however they lie and however large they are, they are
+ * stretched onto each other, but neither turned nor reflected.  Both have something inside.  False
+ * when memory is out; zs_motion_clear in any case. */
 bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_t width,
-                    size_t height, float smoothness, bool align);
+                    size_t height, float smoothness, bool aligned);
 void zs_motion_clear(zs_motion *motion);
+
+/* Take `part` of the growth out of a vector: what (1 + part growth) makes of the result is v. */
+static inline void zs_motion_shrink(const zs_motion_matrix *growth, float part, float v[2])
+{
+  const float xx = 1 + part * growth->xx, xy = part * growth->xy, yy = 1 + part * growth->yy;
+  const float scale = 1 / (xx * yy - xy * xy), x = v[0];
+  v[0] = scale * (yy * x - xy * v[1]);
+  v[1] = scale * (xx * v[1] - xy * x);
+}
 
 /* A field of width x height numbers between its samples, linearly; at the edges as there. */
 static inline float zs_motion_sample(const float *field, size_t width, size_t height, float x,

@@ -28,7 +28,8 @@ void zs_field_blur(float *field, float *work, size_t width, size_t height, doubl
 /* The greatest of (2 reach + 1)^2 neighbours, in place. */
 void zs_field_spread(float *field, float *work, size_t width, size_t height, int reach);
 
-/* Smooth a motion where it changes too fast to be undone (motion_gate.c). */
+/* Smooth what a motion has beside its growth where that changes too fast to be undone
+ * (motion_gate.c). */
 void zs_motion_limit(zs_motion *motion, float *const work[4]);
 
 /* Find where it takes the motion (motion_gate.c). */

@@ -9,7 +9,8 @@ enum {
   REACH = 3      /* of a thickness, in pixels to each side */
 };
 
-/* How fast the displacement may change, for its inverse to be found by iterations. */
+/* How fast the displacement may change, for its inverse to be found by iterations that take out the
+ * growth. */
 static const float MOST_CHANGE = 1.5F;
 /* The part of a thickness that has to be missing for the gate to open, and to be open. */
 static const float MISSING = 0.3F, OPEN = 0.7F;
@@ -19,18 +20,25 @@ static const float RARE = 0.2F, COMMON = 0.5F;
 /* How far from an outline is along it, in pixels. */
 static const float BESIDE = 3;
 
-/* How fast the displacement changes. */
+/* How fast the displacement changes, in either slice. */
 static float change_at(const zs_motion *m, size_t pixel)
 {
   const zs_field_neighbours n =
     zs_field_around(m->width, m->height, pixel % m->width, pixel / m->width);
-  float sum = 0;
-  for (int k = 0; k < 2; k++) {
-    const float a = (m->u[k][n.right] - m->u[k][n.left]) / 2;
-    const float b = (m->u[k][n.down] - m->u[k][n.up]) / 2;
-    sum += a * a + b * b;
+  float most = 0;
+  for (int up = 0; up < 2; up++) {
+    float sum = 0;
+    for (int along = 0; along < 2; along++) {
+      float slope[2];
+      for (int k = 0; k < 2; k++)
+        slope[k] = along ? (m->u[k][n.down] - m->u[k][n.up]) / 2
+                         : (m->u[k][n.right] - m->u[k][n.left]) / 2;
+      zs_motion_shrink(&m->growth, up ? 0.5F : -0.5F, slope);
+      sum += slope[0] * slope[0] + slope[1] * slope[1];
+    }
+    most = fmaxf(most, sum);
   }
-  return sqrtf(sum);
+  return sqrtf(most);
 }
 
 void zs_motion_limit(zs_motion *m, float *const work[4])

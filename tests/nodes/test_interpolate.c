@@ -208,6 +208,46 @@ static void test_found_pairs(void **unused)
   }
 }
 
+/* However small a shape is beside the other, and however far away: nothing vanishes midway. */
+static void test_found_pairs_of_unlike_sizes(void **unused)
+{
+  (void)unused;
+  static const struct {
+    const char *below, *above;
+    double least, most, from[2], to[2]; /* of the area midway; the box to measure in */
+  } cases[] = {
+    {"<circle radius='0.2' at='8 8 0'/>",
+     "<polygon points='19 18.5, 21 18.5, 21 19.1, 19.6 19.1, 19.6 21.5, 19 21.5'/>",
+     0.12, 3, {7.5, 7.5}, {21.5, 22}},
+    {"<rectangle size='6 0.5' at='-4 0 0'/>", "<rectangle size='0.5 6' at='4 1 0'/>", 2.9,
+     11 /* both sides are 3.25 half-way */, {-8, -3}, {5, 5}},
+    {"<rectangle size='4 0.4'/>", "<circle radius='3' at='1 2 0'/>", 1.6, 28.5, {-3, -2}, {5, 6}}};
+  for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+    enum { ACROSS = 300 };
+    char text[600];
+    snprintf(text, sizeof text,
+             "<interpolate caps='open'><level at='0'>%s</level>"
+             "<between correspondence='auto'/><level at='1'>%s</level></interpolate>",
+             cases[i].below, cases[i].above);
+    zs_field *field = compile(text);
+    zs_eval *eval = evaluator(field);
+    const double *from = cases[i].from, *to = cases[i].to;
+    for (double t = 0.05; t < 1; t += 0.1) {
+      int inside = 0;
+      for (int k = 0; k < ACROSS * ACROSS; k++) {
+        const double p[3] = {from[0] + (k % ACROSS + 0.5) / ACROSS * (to[0] - from[0]),
+                             from[1] + (k / ACROSS + 0.5) / ACROSS * (to[1] - from[1]), t};
+        inside += zs_eval_point(eval, p) >= 0;
+      }
+      const double area = inside * (to[0] - from[0]) * (to[1] - from[1]) / (ACROSS * ACROSS);
+      if (!(area > cases[i].least && area < cases[i].most))
+        fail_msg("case %u at %g: area %g", i, t, area);
+    }
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
 /* ---- Pairs that move ---------------------------------------------------------------------- */
 
 #define MOVED(attributes, own, pairs) \
@@ -490,6 +530,7 @@ int main(void)
     cmocka_unit_test(test_axes),         cmocka_unit_test(test_bad_input),
     cmocka_unit_test(test_moving_pairs), cmocka_unit_test(test_moving_pairs_meet),
     cmocka_unit_test(test_repeated_pairs), cmocka_unit_test(test_found_pairs),
+    cmocka_unit_test(test_found_pairs_of_unlike_sizes),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
