@@ -407,7 +407,10 @@ const zs_kind zs_kind_interpolate = {
          "well. A space-time blend adds material half-way instead of weighting, so that shapes "
          "need not overlap; it has no creases across levels. On every level f is that of its "
          "shape. Closed ends are cut by the slab between the "
-         "first and the last level.",
+         "first and the last level, which are inside, however their heights are rounded. "
+         "With continuity=\"c1\" gaps have no `weight` of their own, and filling needs a `wd` "
+         "above 1. Pairs that are found automatically are none, with a warning, where a shape "
+         "is empty or has no bounds.",
   .source = "J. Parulek, M. Sramek, Implicit modeling by metamorphosis of 2D shapes, 2007, "
             "equations 9 to 18, with pull-backs and weights put right; D. Cohen-Or, D. Levin, A. "
             "Solomovici, Three-dimensional distance field metamorphosis, 1998, equations 16 and "

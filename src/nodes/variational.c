@@ -43,7 +43,8 @@ static const zs_attribute attributes[] = {
             "whether normals make constraints on both sides of the surface or inside only"),
   ZS_PLAIN(struct variational, smoothing, "smoothing", "0", ZS_RANGE_NOT_NEGATIVE,
            "0 passes through every point; more lets the surface miss them to be smoother "
-           "(1e-6 is a light touch)"),
+           "(1e-6 is a light touch), in units of twice the points' largest distance from their "
+           "middle"),
   {.name = "budget", .type = ZS_INTEGER, .offset = offsetof(struct variational, budget),
    .initial = "", .unit = "1", .range = ZS_RANGE_BETWEEN, .minimum = 4, .maximum = INFINITY,
    .doc = "how many constraints to use at most: those that the others would miss most"},

@@ -233,6 +233,13 @@ static double size_of(const request *r)
 
 /* ---- Fits ------------------------------------------------------------------------------ */
 
+/* What smoothing is in units of: of the points' extent, however they are turned. */
+static double unit_of_smoothing(const request *r)
+{
+  const double size = size_of(r);
+  return size > 0 ? pow(size, zs_rbf_power(kernel_of(r))) : 1;
+}
+
 static zs_rbf *fit_all(const request *r, const collection *all, const zs_control *control,
                        zs_diag *diag)
 {
@@ -241,7 +248,7 @@ static zs_rbf *fit_all(const request *r, const collection *all, const zs_control
                                   .kernel = kernel_of(r),
                                   .sigma = sigma_of(r),
                                   .degree = (unsigned)p->degree,
-                                  .smoothing = p->smoothing,
+                                  .smoothing = p->smoothing * unit_of_smoothing(r),
                                   .count = all->count,
                                   .positions = all->positions,
                                   .values = all->values};
@@ -254,18 +261,19 @@ static zs_rbf *fit_all(const request *r, const collection *all, const zs_control
 }
 
 /* Add the witnesses that a fit is against to the constraints; `more` tells whether there
- * were any.  False when memory is out. */
+ * were any.  False after reporting. */
 static bool hear(collection *all, const request *r, const collection *witnesses,
-                 const zs_rbf *rbf, const zs_control *control, bool *more)
+                 const zs_rbf *rbf, const zs_control *control, bool *more, zs_diag *diag)
 {
   const unsigned dimension = rbf->dimension;
   bool *against = malloc(witnesses->count + 1);
-  const size_t count = against ? zs_rbf_witnesses_against(rbf, witnesses->positions,
-                                                          witnesses->values, witnesses->count,
-                                                          control, against)
-                               : SIZE_MAX;
-  bool memory = count != SIZE_MAX && reserve(all, r, all->count + count);
-  for (size_t i = 0; memory && i < witnesses->count; i++)
+  size_t count = 0;
+  const bool done =
+    (against || zs_fail_memory(diag)) &&
+    zs_rbf_witnesses_against(rbf, witnesses->positions, witnesses->values, witnesses->count,
+                             control, against, &count, diag) &&
+    (reserve(all, r, all->count + count) || zs_fail_memory(diag));
+  for (size_t i = 0; done && i < witnesses->count; i++)
     if (against[i]) {
       memcpy(all->positions + all->count * dimension, witnesses->positions + i * dimension,
              dimension * sizeof *all->positions);
@@ -273,7 +281,7 @@ static bool hear(collection *all, const request *r, const collection *witnesses,
     }
   free(against);
   *more = count > 0;
-  return memory;
+  return done;
 }
 
 /* Fit the samples, and again with what they say about places where the fit went astray.
@@ -294,8 +302,7 @@ static zs_rbf *solve(const request *r, const zs_control *control, zs_diag *diag)
     rbf->seconds = seconds += rbf->seconds;
     if (round == ROUNDS)
       break;
-    if (!hear(&all, r, &witnesses, rbf, control, &more)) {
-      zs_fail_memory(diag);
+    if (!hear(&all, r, &witnesses, rbf, control, &more, diag)) {
       zs_rbf_free(rbf);
       rbf = NULL;
       break;

@@ -2,6 +2,8 @@
 #include "nodes/variational.h"
 
 #include "files/points.h"
+#include "rbf/facing.h"
+#include "rbf/fit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -44,7 +46,9 @@ const zs_kind zs_variational_points = {
          "ignored. '#' starts a comment. A PLY file has vertex properties of those names. Points "
          "without a value lie on the surface; a normal of 0 0 0 is unknown. Estimated normals are "
          "across the plane of a point's neighbours, all turned out of the solid; every connected "
-         "part of the points is taken for the surface of a solid.",
+         "part of the points is taken for the surface of a solid. Given normals are taken as they "
+         "are, with a warning where a tenth of them point against their neighbours', or most point "
+         "inwards.",
   .attributes = points_attributes,
   .attribute_count = ZS_COUNT_OF(points_attributes),
   .parameters_size = sizeof(struct points_part),
@@ -110,9 +114,33 @@ static bool has_normal(const zs_rbf_sample *sample)
   return sample->normal[0] != 0 || sample->normal[1] != 0 || sample->normal[2] != 0;
 }
 
+/* Warn of normals that came with points and cannot be meant: they are taken as they are. */
+static bool check_normals(const zs_rbf_samples *list, size_t first, const zs_node *part,
+                          zs_diag *diag)
+{
+  static const double MANY = 0.1, INSIDE_OUT = -0.25;
+  const zs_place place = zs_node_place(part, "src");
+  zs_rbf_facing facing;
+  if (list->count > ZS_RBF_MAXIMUM_COUNT) /* which is refused later on */
+    return true;
+  if (!zs_rbf_facing_find(&facing, list, first))
+    return zs_fail_memory(diag);
+  if ((double)facing.against > MANY * (double)facing.looked_at)
+    zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place,
+              "take the normals out of the file, and they are estimated",
+              "%zu of %zu normals point against those of the points around them: the surface "
+              "turns over there, or some of them are inside out", facing.against,
+              facing.looked_at);
+  else if (facing.outwards < INSIDE_OUT)
+    zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
+              "the normals point inwards, so the solid is what lies around the points");
+  return true;
+}
+
 static bool add_points(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
 {
   const struct points_part *p = part->parameters;
+  const size_t first = list->count;
   zs_points points;
   bool done = zs_points_read(&points, p->src, diag);
   for (size_t i = 0; done && i < points.count; i++) {
@@ -123,6 +151,7 @@ static bool add_points(zs_rbf_samples *list, const zs_node *part, zs_diag *diag)
     sample.estimate = p->normals == NORMALS_ESTIMATE && !has_normal(&sample);
     done = zs_rbf_samples_add(list, &sample, diag);
   }
+  done = done && (!points.normals || check_normals(list, first, part, diag));
   zs_points_clear(&points);
   return done;
 }

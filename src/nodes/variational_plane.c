@@ -55,7 +55,7 @@ static const zs_attribute contour_attributes[] = {
   {.name = "spacing", .type = ZS_NUMBER, .offset = offsetof(struct contour, spacing),
    .initial = "auto", .unit = "length", .range = ZS_RANGE_POSITIVE,
    .choices = words,
-   .doc = "the farthest that constraints on an edge are apart; auto is a 64th of twice the largest "
+   .doc = "the farthest that constraints on an edge are apart; auto is a 96th of twice the largest "
           "distance from the contour's middle. They are nearer together towards sharp corners"},
   PLANE(struct contour),
 };

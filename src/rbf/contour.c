@@ -6,12 +6,16 @@
 #include <stdlib.h>
 
 /* The automatic spacing, by the size of the rings. */
-static const double SPACING = 1.0 / 64;
-/* The cosine of the turn that makes a corner sharp; how near to it the first
- * sample of an edge lies, by the spacing; and how many times as far each next one,
- * until the spacing is reached.  All this keeps the zero set of a bar's fit within
- * 1e-4 of the bar's size of its polygon. */
-static const double SHARP = 0.766044443118978035, FIRST = 1.0 / 32, GROWTH = 1.5;
+static const double SPACING = 1.0 / 96;
+/* A right angle, and the turn that makes a corner sharp: it has no normal. */
+static const double RIGHT = 1.57079632679489662, SHARP = 0.7;
+/* How near to a corner with a right angle the first sample of an edge lies, by the spacing, the
+ * farther the less the outline turns; and how many times as far each next one, until the spacing is
+ * reached: more of them the narrower the corner, since so much nearer are those of its other edge.
+ * All this keeps the zero set of a fit within 1e-4 of the shape's size of its polygon. */
+static const double FIRST = 1.0 / 32, GROWTH = 1.5, NARROWEST = 0.1, FASTEST = 3;
+/* Parts of an edge between two sharp corners, at the least. */
+static const double LEAST_PARTS = 12;
 
 /* Rings on their way to samples. */
 typedef struct tracer {
@@ -102,20 +106,19 @@ static edge edge_between(const tracer *t, const double a[2], const double b[2], 
   return e;
 }
 
-static bool is_sharp(const edge *before, const edge *after)
+/* By how much the outline turns at a corner, 0 .. pi. */
+static double turn_at(const edge *before, const edge *after)
 {
-  double cosine = 0;
-  for (int k = 0; k < 3; k++)
-    cosine += before->direction[k] * after->direction[k];
-  return cosine < SHARP;
+  return acos(fmax(fmin(zs_dot3(before->direction, after->direction), 1), -1));
 }
+
 
 static bool add_corner(const tracer *t, const edge *before, const edge *after)
 {
   zs_rbf_sample sample = {.value = 0};
   for (int k = 0; k < 3; k++) {
     sample.position[k] = after->from[k];
-    if (!is_sharp(before, after))
+    if (turn_at(before, after) < SHARP)
       sample.normal[k] = before->normal[k] + after->normal[k];
   }
   return zs_rbf_samples_add(t->list, &sample, t->diag);
@@ -131,13 +134,15 @@ static bool add_between(const tracer *t, const edge *e, double along)
   return zs_rbf_samples_add(t->list, &sample, t->diag);
 }
 
-/* Add samples at growing distances from a sharp end of an edge, to at most a third
- * of it; *at is moved to the last one.  `sign` is -1 at the edge's far end. */
-static bool add_graded(const tracer *t, const edge *e, int sign, double *at)
+/* Add samples at growing distances from an end of an edge where the outline turns by so much, to
+ * at most a third of it; *at is moved to the last one.  `sign` is -1 at the edge's far end. */
+static bool add_graded(const tracer *t, const edge *e, int sign, double turn, double *at)
 {
-  const double end = *at;
+  const double narrow = fmax(fmin((2 * RIGHT - turn) / RIGHT, 1), NARROWEST);
+  const double end = *at, first = FIRST * narrow * t->spacing * RIGHT / turn;
+  const double growth = fmin(1 + narrow * (GROWTH - 1) * fmax(RIGHT / turn, 1), FASTEST);
   double before = 0;
-  for (double d = FIRST * t->spacing; d - before < t->spacing && 3 * d < e->length; d *= GROWTH) {
+  for (double d = first; d - before < t->spacing && 3 * d < e->length; d *= growth) {
     before = d;
     *at = end + sign * d;
     if (!add_between(t, e, *at))
@@ -146,12 +151,15 @@ static bool add_graded(const tracer *t, const edge *e, int sign, double *at)
   return true;
 }
 
-static bool add_inner(const tracer *t, const edge *e, bool sharp_from, bool sharp_to)
+static bool add_inner(const tracer *t, const edge *before, const edge *e, const edge *after)
 {
-  double from = 0, to = e->length;
-  if ((sharp_from && !add_graded(t, e, 1, &from)) || (sharp_to && !add_graded(t, e, -1, &to)))
+  const double turns[2] = {turn_at(before, e), turn_at(e, after)};
+  double from = 0, to = e->length, spacing = t->spacing;
+  if (!add_graded(t, e, 1, turns[0], &from) || !add_graded(t, e, -1, turns[1], &to))
     return false;
-  const double parts = ceil((to - from) / t->spacing);
+  if (turns[0] > SHARP && turns[1] > SHARP) /* the end of something thin, perhaps */
+    spacing = fmin(spacing, e->length / LEAST_PARTS);
+  const double parts = ceil((to - from) / spacing);
   for (double i = 1; i < parts; i++)
     if (!add_between(t, e, from + i * (to - from) / parts))
       return false;
@@ -170,7 +178,7 @@ static bool trace(const tracer *t, size_t r)
     const edge after =
       edge_between(t, p + 2 * ((i + 1) % count), p + 2 * ((i + 2) % count), left);
     memory = add_corner(t, &before, &at) &&
-             add_inner(t, &at, is_sharp(&before, &at), is_sharp(&at, &after));
+             add_inner(t, &before, &at, &after);
     before = at;
     at = after;
   }

@@ -2,11 +2,13 @@
 
 #include "field/program.h"
 #include "rbf/distinct.h"
+#include "rbf/poll.h"
 #include "rbf/product.h"
 #include "rbf/schwarz.h"
 #include "rbf/solve.h"
 #include "rbf/width.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,12 +72,14 @@ double zs_rbf_value(const zs_rbf *rbf, const double *point)
 }
 
 bool zs_rbf_values(const zs_rbf *rbf, const double *points, size_t count, double *values,
-                   unsigned threads)
+                   const zs_control *control, zs_diag *diag)
 {
+  enum { ROUND = 1024 }; /* points between two questions whether to go on */
   const unsigned dimension = rbf->dimension, degree = rbf->terms > dimension + 1 ? 2 : 1;
   double *u = malloc((count * dimension + 1) * sizeof *u), terms[ZS_RBF_MAXIMUM_TERMS];
+  zs_rbf_poll poll = {.control = control, .stage = "values"};
   if (!u)
-    return false;
+    return zs_fail_memory(diag);
   for (size_t i = 0; i < count; i++) {
     double *at = u + i * dimension;
     for (unsigned k = 0; k < dimension; k++)
@@ -85,17 +89,22 @@ bool zs_rbf_values(const zs_rbf *rbf, const double *points, size_t count, double
     for (unsigned k = 0; k < rbf->terms; k++)
       values[i] += rbf->polynomial[k] * terms[k];
   }
-  zs_rbf_multiply(&(zs_rbf_product){.radial = rbf->radial,
-                                    .dimension = dimension,
-                                    .target_count = count,
-                                    .source_count = rbf->count,
-                                    .targets = u,
-                                    .sources = rbf->centres,
-                                    .weights = rbf->weights,
-                                    .sums = values},
-                  threads);
+  bool going = zs_rbf_poll_begin(&poll, count, 0, 1);
+  for (size_t i = 0; going && i < count; i += ROUND) {
+    const size_t some = count - i < ROUND ? count - i : ROUND;
+    zs_rbf_multiply(&(zs_rbf_product){.radial = rbf->radial,
+                                      .dimension = dimension,
+                                      .target_count = some,
+                                      .source_count = rbf->count,
+                                      .targets = u + i * dimension,
+                                      .sources = rbf->centres,
+                                      .weights = rbf->weights,
+                                      .sums = values + i},
+                    zs_control_threads(control));
+    going = zs_rbf_poll_rounds(&poll, some);
+  }
   free(u);
-  return true;
+  return going || zs_rbf_poll_fail(&poll, diag);
 }
 
 /* ---- Reports ----------------------------------------------------------------------- */
@@ -288,7 +297,9 @@ static bool run(fitter *f)
                                      .dimension = problem->dimension,
                                      .degree = degree,
                                      .terms = rbf->terms,
-                                     .smoothing = problem->smoothing,
+                                     .smoothing = problem->smoothing /
+                                                  pow(f->distinct.size,
+                                                      zs_rbf_power(problem->kernel)),
                                      .count = rbf->count,
                                      .points = rbf->centres,
                                      .threads = rbf->count <= ONE_THREAD

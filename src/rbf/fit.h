@@ -18,8 +18,8 @@ enum {
   ZS_RBF_MAXIMUM_COUNT = 2000000 /* constraints */
 };
 
-/* What to fit.  The smoothing adds mu |d|^2 to the energy, in the unit box: 0
- * interpolates, 1e-6 is a light touch for r3.  The tolerance is for |f - h|, or
+/* What to fit.  The smoothing adds mu |d|^2 to the energy, with lengths as those of the positions:
+ * 0 interpolates, 1e-6 of the points' extent to the kernel's power is a light touch.  The tolerance is for |f - h|, or
  * with smoothing for what is left of the equations, as a part of the largest
  * |value|; 0 is 1e-6. */
 typedef struct zs_rbf_problem {
@@ -61,10 +61,10 @@ void zs_rbf_free(zs_rbf *rbf);
 /* f at one point, `dimension` coordinates. */
 double zs_rbf_value(const zs_rbf *rbf, const double *point);
 
-/* f at `count` points by `threads` threads: all centres are added up for each.  False when
- * memory is out. */
+/* f at `count` points: all centres are added up for each.  False after reporting: memory,
+ * cancelled. */
 bool zs_rbf_values(const zs_rbf *rbf, const double *points, size_t count, double *values,
-                   unsigned threads);
+                   const zs_control *control, zs_diag *diag);
 
 /* The monomials up to `degree` (0 .. 2) at u: 1, the coordinates, then the
  * products u_i u_j with i <= j in lexicographic order.  Returns how many. */

@@ -89,11 +89,11 @@ static zs_rbf *fit_chosen(const selection *s, const zs_control *control, const z
   return zs_rbf_fit(&part, control, place, diag);
 }
 
-/* How far a fit misses all constraints. */
-static bool measure(selection *s, const zs_rbf *rbf, const zs_control *control)
+/* How far a fit misses all constraints; false after reporting. */
+static bool measure(selection *s, const zs_rbf *rbf, const zs_control *control, zs_diag *diag)
 {
   const size_t n = s->problem->count;
-  if (!zs_rbf_values(rbf, s->clusters->points, n, s->misses, zs_control_threads(control)))
+  if (!zs_rbf_values(rbf, s->clusters->points, n, s->misses, control, diag))
     return false;
   s->worst = 0;
   for (size_t i = 0; i < n; i++) {
@@ -120,9 +120,8 @@ static zs_rbf *run(selection *s, size_t budget, double tolerance, const zs_contr
     if (!rbf)
       return NULL;
     rbf->seconds = seconds += rbf->seconds;
-    if (!measure(s, rbf, control)) {
+    if (!measure(s, rbf, control, diag)) {
       zs_rbf_free(rbf);
-      zs_fail_memory(diag);
       return NULL;
     }
     rbf->residual = s->worst;

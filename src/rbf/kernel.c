@@ -20,3 +20,9 @@ double zs_rbf_sign(zs_rbf_kernel kernel)
   static const double sign[] = {-1, 1, -1, 1, -1, 1};
   return sign[kernel];
 }
+
+double zs_rbf_power(zs_rbf_kernel kernel)
+{
+  static const double power[] = {1, 3, 5, 2, 4, 0};
+  return power[kernel];
+}

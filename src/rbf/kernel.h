@@ -37,6 +37,9 @@ zs_rbf_kernel zs_rbf_default_kernel(unsigned dimension);
 unsigned zs_rbf_order(zs_rbf_kernel kernel);
 double zs_rbf_sign(zs_rbf_kernel kernel);
 
+/* The power of lengths that a kernel is: 0 for the Gaussian, whose lengths are by its width. */
+double zs_rbf_power(zs_rbf_kernel kernel);
+
 static inline double zs_rbf_phi(zs_rbf_radial radial, double s)
 {
   switch (radial.kernel) {

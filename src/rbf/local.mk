@@ -18,6 +18,8 @@ zs_sources += \
   src/rbf/direct.c \
   src/rbf/distinct.c \
   src/rbf/distinct.h \
+  src/rbf/facing.c \
+  src/rbf/facing.h \
   src/rbf/fast.c \
   src/rbf/fast.h \
   src/rbf/fgmres.c \

@@ -125,16 +125,18 @@ typedef struct edge {
   uint32_t a, b;
 } edge;
 
-/* How well two normals are each other's mirror images: 1 when they are, -1 when
- * one of them has to be turned. */
-static double agreement(const cloud *c, size_t i, size_t j)
+double zs_rbf_normals_agreement(const double *positions, const double *normals, size_t i, size_t j)
 {
-  const double *n = c->normals + 3 * i, *m = c->normals + 3 * j;
+  const double *n = normals + 3 * i, *m = normals + 3 * j;
   double e[3];
-  for (int k = 0; k < 3; k++)
-    e[k] = c->positions[3 * j + (size_t)k] - c->positions[3 * i + (size_t)k];
+  zs_subtract3(positions + 3 * j, positions + 3 * i, e);
   const double square = zs_dot3(e, e);
   return zs_dot3(n, m) - (square > 0 ? 2 * zs_dot3(n, e) * zs_dot3(m, e) / square : 0);
+}
+
+static double agreement(const cloud *c, size_t i, size_t j)
+{
+  return zs_rbf_normals_agreement(c->positions, c->normals, i, j);
 }
 
 static int by_weight(const void *a, const void *b)

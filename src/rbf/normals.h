@@ -19,4 +19,8 @@
 bool zs_rbf_normals_estimate(zs_rbf_samples *samples, unsigned dimension,
                              const zs_control *control, const zs_place *place, zs_diag *diag);
 
+/* How well two of the normals are each other's mirror images across the plane between their points,
+ * 3 coordinates each: 1 when they are, -1 when one of them has to be turned. */
+double zs_rbf_normals_agreement(const double *positions, const double *normals, size_t i, size_t j);
+
 #endif

@@ -355,30 +355,30 @@ static int by_distance(const void *a, const void *b)
   return p->witness < q->witness ? -1 : 1;
 }
 
-size_t zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions,
-                                const double *values, size_t count, const zs_control *control,
-                                bool *against)
+bool zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions, const double *values,
+                              size_t count, const zs_control *control, bool *against,
+                              size_t *marked_count, zs_diag *diag)
 {
   const unsigned dimension = rbf->dimension;
   double *found = malloc((count + 1) * sizeof *found);
   objection *list = malloc((count + 1) * sizeof *list);
-  size_t objections = 0, marked[MARKED_AT_MOST], marked_count = 0;
+  size_t objections = 0, marked[MARKED_AT_MOST], so_far = 0;
   memset(against, 0, count * sizeof *against);
-  if (!found || !list ||
-      !zs_rbf_values(rbf, positions, count, found, zs_control_threads(control))) {
+  if (found && list ? !zs_rbf_values(rbf, positions, count, found, control, diag)
+                    : !zs_fail_memory(diag)) {
     free(found);
     free(list);
-    return SIZE_MAX;
+    return false;
   }
   for (size_t i = 0; i < count; i++)
     if ((found[i] >= 0) != (values[i] >= 0))
       list[objections++] = (objection){fabs(values[i]), i};
   free(found);
   qsort(list, objections, sizeof *list, by_distance);
-  for (size_t i = 0; i < objections && marked_count < MARKED_AT_MOST; i++) {
+  for (size_t i = 0; i < objections && so_far < MARKED_AT_MOST; i++) {
     const double *at = positions + dimension * list[i].witness;
     bool crowded = false;
-    for (size_t j = 0; j < marked_count && !crowded; j++) {
+    for (size_t j = 0; j < so_far && !crowded; j++) {
       double square = 0;
       for (unsigned k = 0; k < dimension; k++)
         square += pow(positions[dimension * marked[j] + k] - at[k], 2);
@@ -387,8 +387,9 @@ size_t zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions,
     if (crowded)
       continue;
     against[list[i].witness] = true;
-    marked[marked_count++] = list[i].witness;
+    marked[so_far++] = list[i].witness;
   }
   free(list);
-  return marked_count;
+  *marked_count = so_far;
+  return true;
 }

@@ -18,10 +18,10 @@
 bool zs_rbf_witnesses_make(zs_rbf_constraints *witnesses, const zs_rbf_samples *samples,
                            unsigned dimension, const zs_control *control);
 
-/* Mark witnesses on whose side a fit is not, some that are far from each other; returns
- * how many, or SIZE_MAX when memory is out. `positions` have the fit's dimension. */
-size_t zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions,
-                                const double *values, size_t count, const zs_control *control,
-                                bool *against);
+/* Mark witnesses on whose side a fit is not, some that are far from each other, and say how many.
+ * `positions` have the fit's dimension.  False after reporting: memory, cancelled. */
+bool zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions, const double *values,
+                              size_t count, const zs_control *control, bool *against,
+                              size_t *marked_count, zs_diag *diag);
 
 #endif

@@ -92,21 +92,6 @@ static bool keep_fit(zs_block *block, const zs_rbf *rbf)
   return true;
 }
 
-/* The side of the cube that fits take for a unit (rbf/fit.h). */
-static double longest_side(const double *positions, size_t count)
-{
-  double longest = 0;
-  for (int k = 0; k < 3; k++) {
-    double lo = INFINITY, hi = -INFINITY;
-    for (size_t i = 0; i < count; i++) {
-      lo = fmin(lo, positions[3 * i + (size_t)k]);
-      hi = fmax(hi, positions[3 * i + (size_t)k]);
-    }
-    longest = fmax(longest, hi - lo);
-  }
-  return longest > 0 ? longest : 1;
-}
-
 /* The fit of a block; none where its constraints allow none.  False when memory is out. */
 static bool fit(const maker *m, zs_block *block)
 {
@@ -122,8 +107,7 @@ static bool fit(const maker *m, zs_block *block)
     }
     const zs_rbf_problem problem = {.dimension = 3,
                                     .kernel = ZS_RBF_R3,
-                                    .smoothing = m->rules->smoothing /
-                                                 pow(longest_side(positions, count), 3),
+                                    .smoothing = m->rules->smoothing,
                                     .count = count,
                                     .positions = positions,
                                     .values = values};

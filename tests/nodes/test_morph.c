@@ -136,6 +136,35 @@ static void ends_are_the_shapes(void **state)
   drop(&m);
 }
 
+/* So is any polygon, with blunt corners and narrow ones. */
+static void polygons_are_met_between_corners(void **state)
+{
+  (void)state;
+  static const struct {
+    int corners;
+    double inner; /* radius of every other corner */
+  } cases[] = {{3, 1}, {6, 1}, {12, 1}, {24, 1}, {10, 0.4}, {14, 0.7}};
+  for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+    char text[2000] = DOMAIN "<param name='t' value='0'/><variational><contour points='";
+    double corners[24][2];
+    for (int i = 0; i < cases[c].corners; i++) {
+      const double a = 2 * 3.14159265358979323846 * i / cases[c].corners;
+      const double r = i % 2 ? 5 * cases[c].inner : 5;
+      corners[i][0] = r * cos(a);
+      corners[i][1] = r * sin(a);
+      snprintf(text + strlen(text), 60, "%s%.17g %.17g", i ? ", " : "", corners[i][0],
+               corners[i][1]);
+    }
+    strcat(text, "'/></variational>");
+    morph m = load(text);
+    set(&m, "t", 0);
+    const double worst = worst_miss(&m, (const double(*)[2])corners, cases[c].corners);
+    if (!(worst < 1e-3)) /* 1e-4 of the box */
+      fail_msg("case %zu: off by %g", c, worst);
+    drop(&m);
+  }
+}
+
 /* A sweep fits once, and moves without a jump: in value, and in its rate of change
  * across the planes of the shapes. */
 static void sweeps_fit_once_and_are_smooth(void **state)
@@ -544,6 +573,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(ends_are_the_shapes),
+    cmocka_unit_test(polygons_are_met_between_corners),
     cmocka_unit_test(sweeps_fit_once_and_are_smooth),
     cmocka_unit_test(ways_between_are_smoother_than_linear),
     cmocka_unit_test(pairs_carry_shapes),

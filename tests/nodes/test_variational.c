@@ -456,6 +456,89 @@ static void inside_out_meshes_are_noticed(void **state)
   }
 }
 
+/* So are normals that do not agree with each other, or agree to point inwards; good ones are
+ * not, of solids with edges and of thin ones. */
+static void normals_that_cannot_be_meant_are_noticed(void **state)
+{
+  (void)state;
+  static const struct {
+    int every;       /* normal is turned; 0: none */
+    double flatness; /* of an ellipsoid */
+    const char *message;
+  } cases[] = {{0, 1, NULL}, {0, 0.1, NULL}, {20, 1, NULL}, {3, 1, "of 150 normals point against"},
+               {1, 1, "point inwards"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    const double flat = cases[i].flatness;
+    FILE *file = create("turned.xyz");
+    for (int j = 0; j < POINTS; j++) {
+      const double *p = sphere[j], sign = cases[i].every && j % cases[i].every == 0 ? -1 : 1;
+      fprintf(file, "%.17g %.17g %.17g  %.17g %.17g %.17g\n", p[0], p[1], flat * p[2],
+              sign * p[0], sign * p[1], sign * p[2] / flat);
+    }
+    assert_int_equal(fclose(file), 0);
+    seen s = {.message = ""};
+    zs_diag diag = {.report = keep, .context = &s};
+    zs_scene *scene = parse("<variational smoothing='1e-4'>\n<points src='turned.xyz'/>"
+                            "</variational>", &diag);
+    zs_field *field = zs_scene_compile(scene, NULL, NULL, &diag);
+    assert_non_null(field);
+    assert_int_equal(diag.errors, 0);
+    if ((diag.warnings > 0) != !!cases[i].message ||
+        (cases[i].message && !strstr(s.message, cases[i].message)))
+      fail_msg("case %zu: %u warnings, '%s'", i, (unsigned)diag.warnings, s.message);
+    if (cases[i].message)
+      assert_int_equal(s.line, 3);
+    zs_field_unref(field);
+    zs_scene_free(scene);
+  }
+}
+
+/* Smoothing does the same to a solid that stands on its corner. */
+static void smoothing_turns_with_the_points(void **state)
+{
+  (void)state;
+  enum { SIDE = 9 };
+  const double turn[3][3] = {{0.6, -0.8, 0}, {0.48, 0.36, -0.8}, {0.64, 0.48, 0.6}};
+  zs_field *field[2];
+  zs_eval *eval[2];
+  for (int k = 0; k < 2; k++) {
+    uint64_t seed = 8;
+    FILE *file = create("bumpy.xyz");
+    for (int i = 0; i < 6 * SIDE * SIDE; i++) {
+      const int axis = i % 3, cell = i / 6;
+      double p[3], n[3] = {0, 0, 0}, to[3][2] = {{0, 0}, {0, 0}, {0, 0}};
+      n[axis] = i / 3 % 2 ? 1 : -1;
+      p[axis] = n[axis] * random_between(&seed, 0.97, 1.03);
+      p[(axis + 1) % 3] = (2.0 * (cell % SIDE) + 1) / SIDE - 1;
+      p[(axis + 2) % 3] = (2.0 * (cell / SIDE) + 1) / SIDE - 1;
+      for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+          to[r][0] += (k ? turn[r][c] : r == c) * p[c];
+          to[r][1] += (k ? turn[r][c] : r == c) * n[c];
+        }
+      fprintf(file, "%.17g %.17g %.17g  %.17g %.17g %.17g\n", to[0][0], to[1][0], to[2][0],
+              to[0][1], to[1][1], to[2][1]);
+    }
+    assert_int_equal(fclose(file), 0);
+    field[k] = compile("<variational smoothing='1e-3'><points src='bumpy.xyz'/></variational>");
+    eval[k] = evaluator(field[k]);
+  }
+  uint64_t seed = 4;
+  for (int i = 0; i < 200; i++) {
+    double p[3], to[3] = {0, 0, 0};
+    for (int c = 0; c < 3; c++)
+      p[c] = random_between(&seed, -1.2, 1.2);
+    for (int r = 0; r < 3; r++)
+      for (int c = 0; c < 3; c++)
+        to[r] += turn[r][c] * p[c];
+    assert_true(fabs(zs_eval_point(eval[0], p) - zs_eval_point(eval[1], to)) < 1e-6);
+  }
+  for (int k = 0; k < 2; k++) {
+    zs_eval_free(eval[k]);
+    zs_field_unref(field[k]);
+  }
+}
+
 static void memory_limits_are_kept(void **state)
 {
   (void)state;
@@ -485,6 +568,8 @@ int main(void)
     cmocka_unit_test(no_surface_far_from_the_points),
     cmocka_unit_test(normals_face_all_triangles),
     cmocka_unit_test(inside_out_meshes_are_noticed),
+    cmocka_unit_test(normals_that_cannot_be_meant_are_noticed),
+    cmocka_unit_test(smoothing_turns_with_the_points),
     cmocka_unit_test(memory_limits_are_kept),
   };
   return cmocka_run_group_tests(tests, set_up_sphere, tear_down);

@@ -172,6 +172,14 @@ static void curves_have_none(void **state)
 }
 
 /* A fit is asked at every witness; those marked are far from each other. */
+static bool stop(void *context, const char *stage, double fraction)
+{
+  (void)context;
+  (void)stage;
+  (void)fraction;
+  return false;
+}
+
 static void objections_are_what_the_fit_gets_wrong(void **state)
 {
   (void)state;
@@ -188,13 +196,15 @@ static void objections_are_what_the_fit_gets_wrong(void **state)
                                   .positions = positions, .values = values};
   zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, NULL);
   assert_non_null(rbf);
-  assert_int_equal(zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against), 0);
+  size_t marked;
+  assert_true(zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against, &marked, NULL));
+  assert_int_equal(marked, 0);
   for (size_t i = 0; i < COUNT; i++) {
     assert_false(against[i]);
     if (positions[3 * i + 2] > 0.5)
       values[i] = -values[i];
   }
-  const size_t marked = zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against);
+  assert_true(zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against, &marked, NULL));
   assert_true(marked > 1 && marked < 100);
   size_t found = 0;
   for (size_t i = 0; i < COUNT; i++) {
@@ -209,6 +219,11 @@ static void objections_are_what_the_fit_gets_wrong(void **state)
       }
   }
   assert_int_equal(found, marked);
+  const zs_control control = {.progress = stop};
+  zs_diag diag = {0};
+  assert_false(zs_rbf_witnesses_against(rbf, positions, values, COUNT, &control, against, &marked,
+                                        &diag));
+  assert_int_equal(diag.status, ZS_CANCELLED);
   zs_rbf_free(rbf);
 }
 
