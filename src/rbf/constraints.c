@@ -161,12 +161,17 @@ bool zs_rbf_samples_check(const zs_rbf_samples *samples, const zs_place *place, 
   if (samples->count == 0)
     return zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, place, NULL,
                      "there are no points; expected parts such as <mesh>, <points> or <contour>");
-  if (samples->count <= ZS_RBF_MAXIMUM_COUNT)
-    return true;
-  return zs_report(diag, ZS_ERROR, ZS_ERROR_UNABLE, place,
-                   "use fewer points, or a simplified mesh",
-                   "%zu points are more than the %d constraints that can be fitted",
-                   samples->count, ZS_RBF_MAXIMUM_COUNT);
+  if (samples->count > ZS_RBF_MAXIMUM_COUNT)
+    return zs_report(diag, ZS_ERROR, ZS_ERROR_UNABLE, place,
+                     "use fewer points, or a simplified mesh",
+                     "%zu points are more than the %d constraints that can be fitted",
+                     samples->count, ZS_RBF_MAXIMUM_COUNT);
+  /* Fields are evaluated in single precision, where squares have to have room. */
+  static const double LEAST = 1e-15, MOST = 1e15;
+  const double size = zs_rbf_samples_size(samples);
+  return (!(size > 0 && size < LEAST) && !(size > MOST)) ||
+         zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, place, NULL,
+                   "the points are %.3g across; expected %g to %g", size, LEAST, MOST);
 }
 
 static bool make_cloud(cloud *c, const zs_rbf_samples *samples)

@@ -26,7 +26,8 @@ void zs_rbf_samples_clear(zs_rbf_samples *list);
  * box, but however they are turned the same. */
 double zs_rbf_samples_size(const zs_rbf_samples *list);
 
-/* Whether there are any, and not more than can be fitted; reports when not. */
+/* Whether there are any, not more than can be fitted, and of a size that can be evaluated; reports
+ * when not. */
 bool zs_rbf_samples_check(const zs_rbf_samples *samples, const zs_place *place, zs_diag *diag);
 
 /* How samples become constraints. */

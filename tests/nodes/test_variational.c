@@ -262,6 +262,8 @@ static void write_bad_files(void)
     {"bare.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"},
     {"empty.xyz", "# nothing\n"},
     {"nan.xyz", "0 0 0 0 0 1\n1 0 0 0 nan 1\n"},
+    {"tiny.xyz", "1e-100 0 0 1 0 0\n-1e-100 0 0 -1 0 0\n0 1e-100 0 0 1 0\n0 0 1e-100 0 0 1\n"},
+    {"huge.xyz", "1e120 0 0 1 0 0\n-1e120 0 0 -1 0 0\n0 1e120 0 0 1 0\n0 0 1e120 0 0 1\n"},
     {"flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"},
   };
   for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
@@ -301,6 +303,10 @@ static void mistakes_are_explained(void **state)
      "scene.xml", 2, ZS_ERROR_SCHEMA},
     {"<variational kernel='gaussian' sigma='90'><points src='sphere.xyz'/></variational>",
      "for Gaussians of width 90", "scene.xml", 2, ZS_ERROR_UNABLE},
+    {"<variational><points src='tiny.xyz'/></variational>", "e-100 across", "scene.xml", 2,
+     ZS_ERROR_GEOMETRY},
+    {"<variational><points src='huge.xyz'/></variational>", "e+120 across", "scene.xml", 2,
+     ZS_ERROR_GEOMETRY},
     {"<variational smoothing='-0.1'><points src='sphere.xyz'/></variational>", "", "scene.xml", 2,
      ZS_ERROR_SCHEMA},
     {"<variational><point normal='0 0 1'/></variational>", "", "scene.xml", 2, ZS_ERROR_SCHEMA},
