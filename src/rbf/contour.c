@@ -12,10 +12,13 @@ static const double RIGHT = 1.57079632679489662, SHARP = 0.7;
 /* How near to a corner with a right angle the first sample of an edge lies, by the spacing, the
  * farther the less the outline turns; and how many times as far each next one, until the spacing is
  * reached: more of them the narrower the corner, since so much nearer are those of its other edge.
- * All this keeps the zero set of a fit within 1e-4 of the shape's size of its polygon. */
-static const double FIRST = 1.0 / 32, GROWTH = 1.5, NARROWEST = 0.1, FASTEST = 3;
-/* Parts of an edge between two sharp corners, at the least. */
-static const double LEAST_PARTS = 12;
+ * Nearer than a part of the spacing they have no normals: constraints beside the surface so near to
+ * each other weigh a lot against each other.  All this keeps the zero set of a fit within 1e-4 of
+ * the shape's size of its polygon. */
+static const double FIRST = 1.0 / 32, GROWTH = 1.5, NARROWEST = 0.1, FASTEST = 3, BARE = 0.5;
+/* Parts of an edge between two sharp corners, perhaps the end of something thin, at the least where
+ * it is longer than the spacing. */
+static const double LEAST_PARTS = 6;
 
 /* Rings on their way to samples. */
 typedef struct tracer {
@@ -124,12 +127,12 @@ static bool add_corner(const tracer *t, const edge *before, const edge *after)
   return zs_rbf_samples_add(t->list, &sample, t->diag);
 }
 
-static bool add_between(const tracer *t, const edge *e, double along)
+static bool add_between(const tracer *t, const edge *e, double along, bool bare)
 {
   zs_rbf_sample sample = {.value = 0};
   for (int k = 0; k < 3; k++) {
     sample.position[k] = e->from[k] + along * e->direction[k];
-    sample.normal[k] = e->normal[k];
+    sample.normal[k] = bare ? 0 : e->normal[k];
   }
   return zs_rbf_samples_add(t->list, &sample, t->diag);
 }
@@ -145,7 +148,7 @@ static bool add_graded(const tracer *t, const edge *e, int sign, double turn, do
   for (double d = first; d - before < t->spacing && 3 * d < e->length; d *= growth) {
     before = d;
     *at = end + sign * d;
-    if (!add_between(t, e, *at))
+    if (!add_between(t, e, *at, d < BARE * t->spacing))
       return false;
   }
   return true;
@@ -157,11 +160,11 @@ static bool add_inner(const tracer *t, const edge *before, const edge *e, const 
   double from = 0, to = e->length, spacing = t->spacing;
   if (!add_graded(t, e, 1, turns[0], &from) || !add_graded(t, e, -1, turns[1], &to))
     return false;
-  if (turns[0] > SHARP && turns[1] > SHARP) /* the end of something thin, perhaps */
+  if (turns[0] > SHARP && turns[1] > SHARP && e->length > spacing)
     spacing = fmin(spacing, e->length / LEAST_PARTS);
   const double parts = ceil((to - from) / spacing);
   for (double i = 1; i < parts; i++)
-    if (!add_between(t, e, from + i * (to - from) / parts))
+    if (!add_between(t, e, from + i * (to - from) / parts, false))
       return false;
   return true;
 }
@@ -177,8 +180,7 @@ static bool trace(const tracer *t, size_t r)
   for (size_t i = 0; memory && i < count; i++) {
     const edge after =
       edge_between(t, p + 2 * ((i + 1) % count), p + 2 * ((i + 2) % count), left);
-    memory = add_corner(t, &before, &at) &&
-             add_inner(t, &before, &at, &after);
+    memory = add_corner(t, &before, &at) && add_inner(t, &before, &at, &after);
     before = at;
     at = after;
   }

@@ -77,8 +77,10 @@ static void corners_are_sharp(void **state)
     assert_true(p[0] == 5 && y > -1e-9 && y < 1 + 1e-9 && z > -1e-9 && z < 1 + 1e-9);
     assert_true(gap <= 0.5 + 1e-9);
     nearest = fmin(nearest, gap);
-    if (length(n) == 0) {
-      corners++;
+    if (length(n) == 0) { /* corners, and what is next to them */
+      const double from_y = fmin(fabs(y), fabs(1 - y)), from_z = fmin(fabs(z), fabs(1 - z));
+      assert_true(fmax(2 * from_y, 3 * from_z) < 0.25 + 1e-9);
+      corners += fmax(from_y, from_z) < 1e-9;
       continue;
     }
     const double across = y < 1e-9 ? -1 : y > 1 - 1e-9 ? 1 : 0;
