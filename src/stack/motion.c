@@ -133,22 +133,23 @@ typedef struct alignment {
   double scale[2]; /* of either's distances, to be those half-way */
 } alignment;
 
-/* The map of spreads is the one that neither turns nor reflects: the geometric mean A of the inverse
- * of the one and of the other matrix.  Half-way (1 + A) / 2 has been done, so that what is left and
- * what is behind differ by 2 (A - 1) / (A + 1). */
+/* The map of spreads is the one that neither turns nor reflects: the geometric mean of the inverse
+ * of the one matrix and of the other.  Half-way (1 + map) / 2 has been done, so that what is left
+ * and what is behind differ by 2 (map - 1) / (map + 1). */
 static alignment align(const moments *from, const moments *to)
 {
   const double a = determinant(&from->spread), b = determinant(&to->spread);
-  /* The inverse and the other, with determinants of 1, add up to a multiple of A. */
+  /* With determinants of 1, these two add up to a multiple of the map. */
   const double p = 1 / sqrt(a), q = 1 / sqrt(b);
-  symmetric sum = {from->spread.yy * p + to->spread.xx * q, to->spread.xy * q - from->spread.xy * p,
-                   from->spread.xx * p + to->spread.yy * q};
+  const symmetric sum = {from->spread.yy * p + to->spread.xx * q,
+                         to->spread.xy * q - from->spread.xy * p,
+                         from->spread.xx * p + to->spread.yy * q};
   const double scale = sqrt(sqrt(b / a) / determinant(&sum));
-  const symmetric A = {sum.xx * scale, sum.xy * scale, sum.yy * scale};
-  const symmetric more = {A.xx + 1, A.xy, A.yy + 1};
-  const double twice = 2 / determinant(&more);
-  alignment all = {.grow = {twice * ((A.xx - 1) * more.yy - A.xy * A.xy), twice * 2 * A.xy,
-                            twice * ((A.yy - 1) * more.xx - A.xy * A.xy)}};
+  const symmetric map = {sum.xx * scale, sum.xy * scale, sum.yy * scale};
+  const symmetric more = {map.xx + 1, map.xy, map.yy + 1};
+  const double twice = 2 / determinant(&more), square = map.xy * map.xy;
+  alignment all = {.grow = {twice * ((map.xx - 1) * more.yy - square), twice * 2 * map.xy,
+                            twice * ((map.yy - 1) * more.xx - square)}};
   for (int k = 0; k < 2; k++) {
     all.middle[k] = (from->centre[k] + to->centre[k]) / 2;
     all.shift[k] = to->centre[k] - from->centre[k];

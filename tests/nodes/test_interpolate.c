@@ -248,6 +248,37 @@ static void test_found_pairs_of_unlike_sizes(void **unused)
   }
 }
 
+/* What is found turns with the shapes: bars and an ell half-way have the same area and middle,
+ * turned, whichever way they lie. */
+static void test_found_pairs_turn(void **unused)
+{
+  (void)unused;
+  double first[2] = {0, 0};
+  for (int i = 0; i < 4; i++) {
+    const double turn = 37 * i;
+    char text[800];
+    snprintf(text, sizeof text,
+             "<interpolate caps='open'>"
+             "<level at='0'><rectangle size='5 1' rotate='0 0 %g'/></level>"
+             "<between correspondence='auto'/>"
+             "<level at='1'><polygon points='0 0, 4 0, 4 1, 1 1, 1 3, 0 3' rotate='0 0 %g'/></level>"
+             "</interpolate>", 30 + turn, turn - 20);
+    zs_field *field = compile(text);
+    zs_eval *eval = evaluator(field);
+    double area, middle[2];
+    measure(eval, 0.5, 5, &area, middle);
+    if (i == 0) {
+      first[0] = area;
+      first[1] = hypot(middle[0], middle[1]);
+    }
+    assert_true(area > 4.5 && area < 8);
+    if (!(fabs(area / first[0] - 1) < 0.03 && fabs(hypot(middle[0], middle[1]) - first[1]) < 0.1))
+      fail_msg("turned by %g: area %g, not %g", turn, area, first[0]);
+    zs_eval_free(eval);
+    zs_field_unref(field);
+  }
+}
+
 /* ---- Pairs that move ---------------------------------------------------------------------- */
 
 #define MOVED(attributes, own, pairs) \
@@ -531,6 +562,7 @@ int main(void)
     cmocka_unit_test(test_moving_pairs), cmocka_unit_test(test_moving_pairs_meet),
     cmocka_unit_test(test_repeated_pairs), cmocka_unit_test(test_found_pairs),
     cmocka_unit_test(test_found_pairs_of_unlike_sizes),
+    cmocka_unit_test(test_found_pairs_turn),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }

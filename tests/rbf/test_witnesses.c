@@ -197,14 +197,16 @@ static void objections_are_what_the_fit_gets_wrong(void **state)
   zs_rbf *rbf = zs_rbf_fit(&problem, NULL, NULL, NULL);
   assert_non_null(rbf);
   size_t marked;
-  assert_true(zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against, &marked, NULL));
+  assert_true(
+    zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against, &marked, NULL));
   assert_int_equal(marked, 0);
   for (size_t i = 0; i < COUNT; i++) {
     assert_false(against[i]);
     if (positions[3 * i + 2] > 0.5)
       values[i] = -values[i];
   }
-  assert_true(zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against, &marked, NULL));
+  assert_true(
+    zs_rbf_witnesses_against(rbf, positions, values, COUNT, NULL, against, &marked, NULL));
   assert_true(marked > 1 && marked < 100);
   size_t found = 0;
   for (size_t i = 0; i < COUNT; i++) {
