@@ -198,6 +198,9 @@ static double sweep_value(const cli_options *options, unsigned index)
 static bool run_sweep(cli_session *session, cli_frame *frame)
 {
   const cli_options *options = session->options;
+  /* A parameter's range that holds both ends holds all between: no frame is written in vain. */
+  if (!set_parameter(session, &options->sweep_from, sweep_value(options, options->sweep_count - 1)))
+    return false;
   for (unsigned i = 0; i < options->sweep_count; i++) {
     if (cli_signal())
       return false;

@@ -258,8 +258,35 @@ static bool enter_page(zs_svg_reader *r, const zs_element *root, bool down, zs_s
   return zs_svg_apply_view_box(r, root, size, c->map, c->size);
 }
 
+static bool mentions(const zs_element *e, const char *word)
+{
+  const size_t length = strlen(word);
+  for (size_t i = 0; e->text && i + length <= e->text_length; i++)
+    if (memcmp(e->text + i, word, length) == 0)
+      return true;
+  return false;
+}
+
+/* Warn of a style sheet that says what would matter here. */
+static void warn_of_sheets(zs_svg_reader *r, const zs_element *parent)
+{
+  for (const zs_element *e = parent->first; e; e = e->next) {
+    if (is_one_of(e->name, (const char *const[]){"defs", "g", NULL}))
+      warn_of_sheets(r, e);
+    if (strcmp(e->name, "style") != 0 || r->sheet ||
+        !(mentions(e, "display") || mentions(e, "fill-rule")))
+      continue;
+    const zs_place place = zs_element_place(e);
+    r->sheet = true;
+    zs_report(r->diag, ZS_WARNING, ZS_ERROR_SCHEMA, &place,
+              "give 'display' and 'fill-rule' as attributes, or in style=\"...\"",
+              "the style sheet is left out");
+  }
+}
+
 static bool begin_document(zs_svg_reader *r, const zs_element *root, bool down, zs_svg_context *c)
 {
+  warn_of_sheets(r, root);
   *c = (zs_svg_context){.wanted = !r->group};
   memcpy(c->map, IDENTITY, sizeof c->map);
   if (strcmp(root->name, "svg") != 0)

@@ -7,7 +7,8 @@
 /* Read the shapes of an SVG file, one for every <path>, <rect>, <circle>, <ellipse>,
  * <polygon> and <polyline>, in groups and nested documents, under all transforms, however
  * they are painted.  What is not displayed or only defined (<defs>, <symbol>, <clipPath>,
- * ...) is left out, and text and pictures too, with a warning.  A page whose size is in a
+ * ...) is left out, and text and pictures too, with a warning.  So are style sheets, with a warning
+ * where they say what is displayed or filled by which rule.  A page whose size is in a
  * unit of length (mm, cm, in, pt, pc, Q) is read in millimetres, others in pixels.  y grows
  * upwards from the lower side of the page, or with `down` downwards from its upper one.
  *

@@ -10,7 +10,7 @@ typedef struct zs_svg_reader {
   zs_outline *outline; /* to which shapes are added */
   const char *group;   /* the id of what is wanted; NULL: everything */
   zs_diag *diag;
-  bool failed, found, left_out;
+  bool failed, found, left_out, sheet;
 } zs_svg_reader;
 
 /* What an element takes from those around it. */

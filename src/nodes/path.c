@@ -110,8 +110,9 @@ const zs_kind zs_kind_path = {
   .summary = "a shape with curved edges, by SVG path data or from an SVG file",
   .doc = "f is the distance to the nearest edge, positive inside. Edges within what is filled, as "
          "where outlines overlap, do not count. Of a file all shapes are taken, however they are "
-         "painted, but not text, pictures, clones and what is not displayed. A page whose size is "
-         "in a unit of length is read in millimetres, others in pixels.",
+         "painted, but not text, pictures, clones and what is not displayed, which attributes and "
+         "`style` say, but no style sheet. A page whose size is in a unit of length is read in "
+         "millimetres, others in pixels.",
   .source = "https://www.w3.org/TR/SVG11/paths.html",
   .trait = "exact distance",
   .attributes = attributes,

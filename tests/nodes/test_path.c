@@ -201,6 +201,32 @@ static void test_pages(void **unused)
   expect_same("<path src='a.svg' group='b'/>", square, 3, 3, 5, 1e-9);
 }
 
+/* Style sheets are not read: those that would matter are told of, once. */
+static void test_sheets(void **unused)
+{
+  (void)unused;
+  static const struct {
+    const char *sheet;
+    unsigned warnings;
+  } cases[] = {{"", 0},
+               {"<style>.a { fill: #123; stroke: none }</style>", 0},
+               {"<defs><style>.a { fill-rule: evenodd }</style></defs>", 1},
+               {"<style><![CDATA[.a { display:none }]]></style><style>.b{display:none}</style>", 1}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    write_svg(SVG ">%s<circle class='a' r='2'/></svg>", cases[i].sheet);
+    seen s = {.message = ""};
+    zs_diag diag = {.report = keep, .context = &s};
+    zs_scene *scene = parse("<path src='a.svg'/>", &diag);
+    zs_field *field = zs_scene_compile(scene, NULL, NULL, &diag);
+    assert_non_null(field);
+    assert_int_equal(diag.warnings, cases[i].warnings);
+    if (cases[i].warnings)
+      assert_non_null(strstr(s.message, "style sheet"));
+    zs_field_unref(field);
+    zs_scene_free(scene);
+  }
+}
+
 /* ---- What is wrong ------------------------------------------------------------------- */
 
 static void test_mistakes(void **unused)
@@ -278,6 +304,7 @@ int main(void)
     cmocka_unit_test(test_lines),      cmocka_unit_test(test_arcs),
     cmocka_unit_test(test_curves),     cmocka_unit_test(test_fill_rules),
     cmocka_unit_test(test_shapes),     cmocka_unit_test(test_pages),
-    cmocka_unit_test(test_mistakes),   cmocka_unit_test(test_mutations)};
+    cmocka_unit_test(test_sheets),     cmocka_unit_test(test_mistakes),
+    cmocka_unit_test(test_mutations)};
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
