@@ -1,6 +1,7 @@
 #include "rbf/contour.h"
 
 #include "base/vector3.h"
+#include "rbf/fit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -223,6 +224,23 @@ static bool check_ring(const zs_rings *rings, size_t r, const zs_place *where, z
                    rings->points[2 * begin + 1]);
 }
 
+/* Whether samples so far apart are not more than can be fitted. */
+static bool check_spacing(const tracer *t, const zs_place *where)
+{
+  double length = 0;
+  for (size_t r = 0; r < t->rings->ring_count; r++) {
+    const size_t begin = ring_begin(t->rings, r), end = t->rings->ends[r];
+    for (size_t i = begin; i < end; i++)
+      length += edge_between(t, t->rings->points + 2 * i,
+                             t->rings->points + 2 * (i + 1 < end ? i + 1 : begin), true).length;
+  }
+  return length / t->spacing <= ZS_RBF_MAXIMUM_COUNT ||
+         zs_report(t->diag, ZS_ERROR, ZS_ERROR_UNABLE, where, NULL,
+                   "a spacing of %g makes %.0f constraints of an outline of %g, and at most %d can "
+                   "be fitted", t->spacing, ceil(length / t->spacing), length,
+                   ZS_RBF_MAXIMUM_COUNT);
+}
+
 bool zs_rbf_contour_add(zs_rbf_samples *list, const zs_rings *rings, const zs_rbf_plane *plane,
                         double spacing, const zs_place *where, zs_diag *diag)
 {
@@ -232,6 +250,8 @@ bool zs_rbf_contour_add(zs_rbf_samples *list, const zs_rings *rings, const zs_rb
   const double length = length_of(t.across);
   for (int k = 0; k < 3; k++)
     t.across[k] /= length;
+  if (!check_spacing(&t, where))
+    return false;
   for (size_t r = 0; r < rings->ring_count; r++)
     if (!check_ring(rings, r, where, diag) || !trace(&t, r))
       return false;

@@ -303,6 +303,8 @@ static void mistakes_are_explained(void **state)
      "scene.xml", 2, ZS_ERROR_SCHEMA},
     {"<variational kernel='gaussian' sigma='90'><points src='sphere.xyz'/></variational>",
      "for Gaussians of width 90", "scene.xml", 2, ZS_ERROR_UNABLE},
+    {"<variational>\n<contour spacing='1e-9' points='0 0, 1 0, 0 1'/></variational>",
+     "makes 3414213563 constraints", "scene.xml", 3, ZS_ERROR_UNABLE},
     {"<variational><points src='tiny.xyz'/></variational>", "e-100 across", "scene.xml", 2,
      ZS_ERROR_GEOMETRY},
     {"<variational><points src='huge.xyz'/></variational>", "e+120 across", "scene.xml", 2,
