@@ -250,10 +250,13 @@ bool zs_rbf_contour_add(zs_rbf_samples *list, const zs_rings *rings, const zs_rb
   const double length = length_of(t.across);
   for (int k = 0; k < 3; k++)
     t.across[k] /= length;
+  for (size_t r = 0; r < rings->ring_count; r++)
+    if (!check_ring(rings, r, where, diag))
+      return false;
   if (!check_spacing(&t, where))
     return false;
   for (size_t r = 0; r < rings->ring_count; r++)
-    if (!check_ring(rings, r, where, diag) || !trace(&t, r))
+    if (!trace(&t, r))
       return false;
   return true;
 }
