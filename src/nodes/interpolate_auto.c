@@ -34,9 +34,9 @@ typedef struct drawing {
   sheet sheets[2];
 } drawing;
 
-/* The box around a shape. */
+/* The box around a shape; its heights do not matter. */
 typedef struct box {
-  double lo[2], hi[2];
+  double lo[3], hi[3];
 } box;
 
 /* False when memory is out. */
@@ -168,16 +168,14 @@ static bool find_boxes(const zs_node *between, const zs_node *const levels[2], b
                        zs_diag *diag)
 {
   for (int i = 0; i < 2; i++) {
-    double lo[3], hi[3];
-    if (!zs_level_box(levels[i], lo, hi)) {
+    const double *lo = boxes[i].lo, *hi = boxes[i].hi;
+    if (!zs_level_box(levels[i], boxes[i].lo, boxes[i].hi)) {
       const zs_place place = zs_node_place(between, "correspondence");
       zs_report(diag, ZS_WARNING, ZS_ERROR_GEOMETRY, &place, NULL,
                 "there are no pairs: the shape at %g is empty or has no bounds",
                 zs_level_height(levels[i]));
       return false;
     }
-    memcpy(boxes[i].lo, lo, sizeof boxes[i].lo);
-    memcpy(boxes[i].hi, hi, sizeof boxes[i].hi);
     if (!(hi[0] > lo[0] || hi[1] > lo[1]))
       return false;
   }

@@ -70,6 +70,19 @@ static bool unit_normal(const zs_rbf_sample *sample, double unit[3])
   return true;
 }
 
+size_t zs_rbf_samples_oriented(const zs_rbf_samples *list, size_t first, double *positions,
+                               double *normals)
+{
+  size_t count = 0;
+  for (size_t i = first; i < list->count; i++) {
+    const zs_rbf_sample *sample = &list->samples[i];
+    if (sample->value != 0 || !unit_normal(sample, normals + 3 * count))
+      continue;
+    memcpy(positions + 3 * count++, sample->position, sizeof sample->position);
+  }
+  return count;
+}
+
 /* The samples and how they lie. */
 typedef struct cloud {
   const zs_rbf_samples *samples;

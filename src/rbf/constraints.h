@@ -26,6 +26,11 @@ void zs_rbf_samples_clear(zs_rbf_samples *list);
  * box, but however they are turned the same. */
 double zs_rbf_samples_size(const zs_rbf_samples *list);
 
+/* Copy the samples from `first` on that lie on the surface and have a normal, 3 numbers each, the
+ * normals at unit length; returns how many there are. */
+size_t zs_rbf_samples_oriented(const zs_rbf_samples *list, size_t first, double *positions,
+                               double *normals);
+
 /* Whether there are any, not more than can be fitted, and of a size that can be evaluated; reports
  * when not. */
 bool zs_rbf_samples_check(const zs_rbf_samples *samples, const zs_place *place, zs_diag *diag);

@@ -49,6 +49,12 @@ static size_t ring_begin(const zs_rings *rings, size_t r)
   return r ? rings->ends[r - 1] : 0;
 }
 
+/* The point after one of a ring. */
+static const double *ring_after(const zs_rings *rings, size_t r, size_t i)
+{
+  return rings->points + 2 * (i + 1 < rings->ends[r] ? i + 1 : ring_begin(rings, r));
+}
+
 /* Twice the area of a ring, positive when it is counter-clockwise. */
 static double signed_area(const zs_rings *rings, size_t r)
 {
@@ -68,7 +74,7 @@ static bool holds(const zs_rings *rings, size_t r, const double point[2])
   bool odd = false;
   for (size_t i = begin; i < end; i++) {
     const double *a = rings->points + 2 * i;
-    const double *b = rings->points + 2 * (i + 1 < end ? i + 1 : begin);
+    const double *b = ring_after(rings, r, i);
     if ((a[1] > point[1]) != (b[1] > point[1]) &&
         point[0] < a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
       odd = !odd;
@@ -116,13 +122,12 @@ static double turn_at(const edge *before, const edge *after)
   return acos(fmax(fmin(zs_dot3(before->direction, after->direction), 1), -1));
 }
 
-
-static bool add_corner(const tracer *t, const edge *before, const edge *after)
+static bool add_corner(const tracer *t, const edge *before, const edge *after, double turn)
 {
   zs_rbf_sample sample = {.value = 0};
   for (int k = 0; k < 3; k++) {
     sample.position[k] = after->from[k];
-    if (turn_at(before, after) < SHARP)
+    if (turn < SHARP)
       sample.normal[k] = before->normal[k] + after->normal[k];
   }
   return zs_rbf_samples_add(t->list, &sample, t->diag);
@@ -155,13 +160,13 @@ static bool add_graded(const tracer *t, const edge *e, int sign, double turn, do
   return true;
 }
 
-static bool add_inner(const tracer *t, const edge *before, const edge *e, const edge *after)
+/* Add samples between the ends of an edge, where the outline turns by so much. */
+static bool add_inner(const tracer *t, const edge *e, double turn_from, double turn_to)
 {
-  const double turns[2] = {turn_at(before, e), turn_at(e, after)};
   double from = 0, to = e->length, spacing = t->spacing;
-  if (!add_graded(t, e, 1, turns[0], &from) || !add_graded(t, e, -1, turns[1], &to))
+  if (!add_graded(t, e, 1, turn_from, &from) || !add_graded(t, e, -1, turn_to, &to))
     return false;
-  if (turns[0] > SHARP && turns[1] > SHARP && e->length > spacing)
+  if (turn_from > SHARP && turn_to > SHARP && e->length > spacing)
     spacing = fmin(spacing, e->length / LEAST_PARTS);
   const double parts = ceil((to - from) / spacing);
   for (double i = 1; i < parts; i++)
@@ -178,12 +183,15 @@ static bool trace(const tracer *t, size_t r)
   bool memory = true;
   edge before = edge_between(t, p + 2 * (count - 1), p, left);
   edge at = edge_between(t, p, p + 2, left);
+  double turn = turn_at(&before, &at);
   for (size_t i = 0; memory && i < count; i++) {
     const edge after =
       edge_between(t, p + 2 * ((i + 1) % count), p + 2 * ((i + 2) % count), left);
-    memory = add_corner(t, &before, &at) && add_inner(t, &before, &at, &after);
+    const double next = turn_at(&at, &after);
+    memory = add_corner(t, &before, &at, turn) && add_inner(t, &at, turn, next);
     before = at;
     at = after;
+    turn = next;
   }
   return memory;
 }
@@ -211,7 +219,7 @@ static bool check_ring(const zs_rings *rings, size_t r, const zs_place *where, z
   const size_t begin = ring_begin(rings, r), end = rings->ends[r];
   for (size_t i = begin; i < end; i++) {
     const double *a = rings->points + 2 * i;
-    const double *b = rings->points + 2 * (i + 1 < end ? i + 1 : begin);
+    const double *b = ring_after(rings, r, i);
     if (a[0] == b[0] && a[1] == b[1] && end - begin > 1)
       return zs_report(diag, ZS_ERROR, ZS_ERROR_GEOMETRY, where, NULL,
                        "the point (%.9g %.9g) is there twice in a row", a[0], a[1]);
@@ -228,12 +236,10 @@ static bool check_ring(const zs_rings *rings, size_t r, const zs_place *where, z
 static bool check_spacing(const tracer *t, const zs_place *where)
 {
   double length = 0;
-  for (size_t r = 0; r < t->rings->ring_count; r++) {
-    const size_t begin = ring_begin(t->rings, r), end = t->rings->ends[r];
-    for (size_t i = begin; i < end; i++)
-      length += edge_between(t, t->rings->points + 2 * i,
-                             t->rings->points + 2 * (i + 1 < end ? i + 1 : begin), true).length;
-  }
+  for (size_t r = 0; r < t->rings->ring_count; r++)
+    for (size_t i = ring_begin(t->rings, r); i < t->rings->ends[r]; i++)
+      length +=
+        edge_between(t, t->rings->points + 2 * i, ring_after(t->rings, r, i), true).length;
   return length / t->spacing <= ZS_RBF_MAXIMUM_COUNT ||
          zs_report(t->diag, ZS_ERROR, ZS_ERROR_UNABLE, where, NULL,
                    "a spacing of %g makes %.0f constraints of an outline of %g, and at most %d can "

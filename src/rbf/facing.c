@@ -5,7 +5,6 @@
 #include "rbf/normals.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum {
   NEIGHBOURS = 6,
@@ -25,14 +24,7 @@ static bool select_samples(sheet *s, const zs_rbf_samples *samples, size_t first
   *s = (sheet){0, malloc(most * sizeof *s->positions), malloc(most * sizeof *s->normals)};
   if (!s->positions || !s->normals)
     return false;
-  for (size_t i = first; i < samples->count; i++) {
-    const zs_rbf_sample *sample = &samples->samples[i];
-    double *normal = s->normals + 3 * s->count;
-    memcpy(normal, sample->normal, 3 * sizeof *normal);
-    if (sample->value != 0 || !zs_normalise3(normal))
-      continue;
-    memcpy(s->positions + 3 * s->count++, sample->position, sizeof sample->position);
-  }
+  s->count = zs_rbf_samples_oriented(samples, first, s->positions, s->normals);
   return true;
 }
 

@@ -19,8 +19,8 @@ enum {
 };
 
 /* What to fit.  The smoothing adds mu |d|^2 to the energy, with lengths as those of the positions:
- * 0 interpolates, 1e-6 of the points' extent to the kernel's power is a light touch.  The tolerance is for |f - h|, or
- * with smoothing for what is left of the equations, as a part of the largest
+ * 0 interpolates, 1e-6 of the points' extent to the kernel's power is a light touch.  The tolerance
+ * is for |f - h|, or with smoothing for what is left of the equations, as a part of the largest
  * |value|; 0 is 1e-6. */
 typedef struct zs_rbf_problem {
   unsigned dimension; /* 2 .. ZS_RBF_MAXIMUM_DIMENSION */

@@ -31,7 +31,7 @@ static double decay_of(zs_rbf_kernel kernel, unsigned n)
     return 0.5 / (m * (m - 1));
   if (kernel == ZS_RBF_TPS4)
     return 1 / (m * (m - 1) * fmax(m - 2, 1));
-  const double power = kernel == ZS_RBF_R ? 0.5 : kernel == ZS_RBF_R3 ? 1.5 : 2.5;
+  const double power = zs_rbf_power(kernel) / 2;
   double product = 1;
   for (unsigned i = 0; i < half; i++)
     product *= (power - i) / (i + 1);
@@ -63,8 +63,7 @@ static double rate_of(const double middle[3], const double half[3], const double
 /* phi by powers of the distance, without the logarithm. */
 static double size_of(zs_rbf_kernel kernel, double square)
 {
-  static const double powers[ZS_RBF_GAUSSIAN] = {0.5, 1.5, 2.5, 1, 2};
-  return pow(square, powers[kernel]);
+  return pow(square, zs_rbf_power(kernel) / 2);
 }
 
 /* A Gaussian has no singular point.  In Bernstein's ellipse with half axes a and b, of an

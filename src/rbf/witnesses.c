@@ -62,17 +62,7 @@ static bool select_samples(pieces *p, const zs_rbf_samples *samples)
   p->across = malloc((samples->count + 1) * sizeof *p->across);
   if (!p->positions || !p->vectors || !p->across)
     return false;
-  for (size_t i = 0; i < samples->count; i++) {
-    const zs_rbf_sample *sample = &samples->samples[i];
-    const double *n = sample->normal, length = hypot(hypot(n[0], n[1]), n[2]);
-    if (sample->value != 0 || !(length > 0))
-      continue;
-    for (size_t k = 0; k < 3; k++) {
-      p->positions[3 * p->count + k] = sample->position[k];
-      p->vectors[3 * p->count + k] = n[k] / length;
-    }
-    p->count++;
-  }
+  p->count = zs_rbf_samples_oriented(samples, 0, p->positions, p->vectors);
   return true;
 }
 
@@ -364,8 +354,8 @@ bool zs_rbf_witnesses_against(const zs_rbf *rbf, const double *positions, const 
   objection *list = malloc((count + 1) * sizeof *list);
   size_t objections = 0, marked[MARKED_AT_MOST], so_far = 0;
   memset(against, 0, count * sizeof *against);
-  if (found && list ? !zs_rbf_values(rbf, positions, count, found, control, diag)
-                    : !zs_fail_memory(diag)) {
+  if (!((found && list) || zs_fail_memory(diag)) ||
+      !zs_rbf_values(rbf, positions, count, found, control, diag)) {
     free(found);
     free(list);
     return false;

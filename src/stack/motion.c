@@ -89,12 +89,7 @@ static void differentiate(level *l)
 
 /* ---- Alignment ---------------------------------------------------------------------------- */
 
-/* As zs_motion_matrix, but of more digits. */
-typedef struct symmetric {
-  double xx, xy, yy;
-} symmetric;
-
-static double determinant(const symmetric *a)
+static double determinant(const zs_motion_matrix *a)
 {
   return a->xx * a->yy - a->xy * a->xy;
 }
@@ -102,7 +97,7 @@ static double determinant(const symmetric *a)
 /* Where what is inside lies, and how far it spreads. */
 typedef struct moments {
   double centre[2];
-  symmetric spread; /* covariance, of pixels that are squares: invertible */
+  zs_motion_matrix spread; /* covariance, of pixels that are squares: invertible */
 } moments;
 
 static moments moments_of(const float *field, size_t width, size_t height)
@@ -129,8 +124,8 @@ static moments moments_of(const float *field, size_t width, size_t height)
 /* What takes one centre to the other, and one spread to the other in two equal steps. */
 typedef struct alignment {
   double middle[2], shift[2];
-  symmetric grow;  /* how the displacement changes from the middle on */
-  double scale[2]; /* of either's distances, to be those half-way */
+  zs_motion_matrix grow; /* how the displacement changes from the middle on */
+  double scale[2];       /* of either's distances, to be those half-way */
 } alignment;
 
 /* The map of spreads is the one that neither turns nor reflects: the geometric mean of the inverse
@@ -141,12 +136,12 @@ static alignment align(const moments *from, const moments *to)
   const double a = determinant(&from->spread), b = determinant(&to->spread);
   /* With determinants of 1, these two add up to a multiple of the map. */
   const double p = 1 / sqrt(a), q = 1 / sqrt(b);
-  const symmetric sum = {from->spread.yy * p + to->spread.xx * q,
-                         to->spread.xy * q - from->spread.xy * p,
-                         from->spread.xx * p + to->spread.yy * q};
+  const zs_motion_matrix sum = {from->spread.yy * p + to->spread.xx * q,
+                                to->spread.xy * q - from->spread.xy * p,
+                                from->spread.xx * p + to->spread.yy * q};
   const double scale = sqrt(sqrt(b / a) / determinant(&sum));
-  const symmetric map = {sum.xx * scale, sum.xy * scale, sum.yy * scale};
-  const symmetric more = {map.xx + 1, map.xy, map.yy + 1};
+  const zs_motion_matrix map = {sum.xx * scale, sum.xy * scale, sum.yy * scale};
+  const zs_motion_matrix more = {map.xx + 1, map.xy, map.yy + 1};
   const double twice = 2 / determinant(&more), square = map.xy * map.xy;
   alignment all = {.grow = {twice * ((map.xx - 1) * more.yy - square), twice * 2 * map.xy,
                             twice * ((map.yy - 1) * more.xx - square)}};
@@ -154,7 +149,7 @@ static alignment align(const moments *from, const moments *to)
     all.middle[k] = (from->centre[k] + to->centre[k]) / 2;
     all.shift[k] = to->centre[k] - from->centre[k];
     const double on = k ? 0.5 : -0.5;
-    const symmetric own = {1 + on * all.grow.xx, on * all.grow.xy, 1 + on * all.grow.yy};
+    const zs_motion_matrix own = {1 + on * all.grow.xx, on * all.grow.xy, 1 + on * all.grow.yy};
     all.scale[k] = 1 / sqrt(determinant(&own));
   }
   return all;
@@ -292,13 +287,14 @@ bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_
   bool memory = allocate(&motion->u[0], count) && allocate(&motion->u[1], count) &&
                 allocate(&motion->gate, count);
   motion->apart = !have_common_pixel(from, to, count);
+  aligned = aligned || motion->apart;
   alignment between = {.scale = {1, 1}};
-  if (aligned || motion->apart) {
+  if (aligned) {
     const moments a = moments_of(from, width, height), b = moments_of(to, width, height);
     between = align(&a, &b);
   }
   unsigned used = 1;
-  while (used < (aligned || motion->apart ? LEVELS : LEVELS - 1U) && (width >> used) >= LEAST &&
+  while (used < (aligned ? LEVELS : LEVELS - 1U) && (width >> used) >= LEAST &&
          (height >> used) >= LEAST)
     used++;
   memory = memory && make_pyramid(levels, used, fields, between.scale, width, height);
@@ -310,8 +306,7 @@ bool zs_motion_find(zs_motion *motion, const float *from, const float *to, size_
   }
   if (memory) {
     float *const work[4] = {levels[0].rest, levels[0].weight, levels[0].gx, levels[0].gy};
-    motion->growth = (zs_motion_matrix){(float)between.grow.xx, (float)between.grow.xy,
-                                        (float)between.grow.yy};
+    motion->growth = between.grow;
     for (int k = 0; k < 2; k++)
       memcpy(motion->u[k], levels[0].v[k], count * sizeof *motion->u[k]);
     zs_motion_limit(motion, work);

@@ -13,7 +13,7 @@
 
 /* A symmetric matrix. */
 typedef struct zs_motion_matrix {
-  float xx, xy, yy;
+  double xx, xy, yy;
 } zs_motion_matrix;
 
 typedef struct zs_motion {
@@ -40,7 +40,8 @@ void zs_motion_clear(zs_motion *motion);
 /* Take `part` of the growth out of a vector: what (1 + part growth) makes of the result is v. */
 static inline void zs_motion_shrink(const zs_motion_matrix *growth, float part, float v[2])
 {
-  const float xx = 1 + part * growth->xx, xy = part * growth->xy, yy = 1 + part * growth->yy;
+  const float xx = 1 + part * (float)growth->xx, xy = part * (float)growth->xy;
+  const float yy = 1 + part * (float)growth->yy;
   const float scale = 1 / (xx * yy - xy * xy), x = v[0];
   v[0] = scale * (yy * x - xy * v[1]);
   v[1] = scale * (xx * v[1] - xy * x);
